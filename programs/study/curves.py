@@ -7,7 +7,7 @@ that it can be read for any display. Parsimony's budget is that of the client's 
 
 import math
 
-from found import all_bytes, db, interval_db, together_psnr
+from found import WHOLE, all_bytes, db, interval_db, together_psnr, whole_db
 from presets import matching_width
 from rates import bd_db, bd_rate_percent, crossing, fewest_bytes
 from render_list import EYES
@@ -54,7 +54,7 @@ def parity_of(result, which, system, reference, eye=None, scale="linear"):
             continue
         ends = [parity_width(entries, system, of_reference, entry["crf"], eye, scale, end) for of_reference, end in ((worst, 1), (best, 0)) if of_reference is not None]
         fewest, fewest_width, at_most = fewest_bytes({width: points(of(entries, system, width), eye, scale) for width in widths(entries, system)}, level)
-        rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "db": level, "width": parity_width(entries, system, level, entry["crf"], eye, scale),
+        rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "whole_db": db(entry, eye, scale, WHOLE), "db": level, "width": parity_width(entries, system, level, entry["crf"], eye, scale),
                      "width_interval": ends if len(ends) == 2 else [None, None],
                      "fewest_bytes": fewest, "fewest_bytes_width": fewest_width, "bytes_ratio": fewest / all_bytes(entry) if fewest else None, "at_most": at_most})
     return rows
@@ -84,9 +84,9 @@ def cell_points(result):
 
 
 def sample_points(result):
-    """Noise and all of the sphere, without the truth's own."""
-    return [(point["samples"], together_psnr([point["against_truth"][eye]["mean_square"] - result["truth_noise"][eye] for eye in EYES]), None) for point in result["samples"]]
+    """The whole error. Results from before it have what PSNR sees, less the truth's own noise."""
+    return [(point["samples"], whole_db(point) if "whole" in point else together_psnr([point["against_truth"][eye]["mean_square"] - result["truth_noise"][eye] for eye in EYES]), None) for point in result["samples"]]
 
 
 AXES = {"triangles of the client's model": triangle_points, "bits of depth (equal steps of w)": bit_points,
-        "cells of the mesh": cell_points, "samples a pixel of the sphere (PSNR with its noise)": sample_points}
+        "cells of the mesh": cell_points, "samples a pixel of the sphere (with its noise)": sample_points}

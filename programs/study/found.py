@@ -1,5 +1,5 @@
-"""Reading the study's results, OUT/EXPERIMENT/SCENE.json: what charts, tables and the page share; and the noise-free error of `compare --second`
-(docs/compare.md), of one eye or of views together.
+"""Reading the study's results, OUT/EXPERIMENT/SCENE.json: what charts, tables and the page share; and the whole and the noise-free error (docs/compare.md),
+of one eye or of views together.
 """
 
 import math
@@ -9,6 +9,9 @@ from presets import REAL_SCENES
 from render_list import EYES
 from steps import read_json
 
+KINDS = WHOLE, NOISE_FREE = "whole", "noise_free"
+"""Of error. Results from before the whole error have none of it."""
+
 
 def load(folder, experiment):
     """{scene: result}, in the presets' order, then by name."""
@@ -17,28 +20,60 @@ def load(folder, experiment):
     return {scene: read_json(files[scene]) for scene in order}
 
 
-def error(scored, eye=None, scale="linear"):
-    """Noise-free of one eye, or of both together."""
-    figures = [scored["noise_free"][name]["noise_free"][scale] for name in ([eye] if eye else EYES)]
-    return together(figures)
+def error(scored, eye=None, scale="linear", kind=NOISE_FREE):
+    """Of one eye, or of both together; None where this kind was not measured."""
+    if kind not in scored:
+        return None
+    return together([scored[kind][name][kind][scale] for name in ([eye] if eye else EYES)])
 
 
-def db(scored, eye=None, scale="linear"):
+def db(scored, eye=None, scale="linear", kind=NOISE_FREE):
     """Of error(): a bound where its interval reaches zero; None where even that is unknown."""
-    figures = error(scored, eye, scale)
-    return figures["db_low"] if figures["only_bounded"] else figures["db"]
+    figures = error(scored, eye, scale, kind)
+    return figures and figures["db_low" if figures["only_bounded"] else "db"]
 
 
-def interval_db(scored, eye=None, scale="linear"):
+def whole_db(scored, eye=None):
+    return db(scored, eye, kind=WHOLE)
+
+
+def interval_db(scored, eye=None, scale="linear", kind=NOISE_FREE):
     """The ends of error()'s interval; None where one is open."""
-    figures = error(scored, eye, scale)
-    return figures["db_low"], figures["db_high"]
+    figures = error(scored, eye, scale, kind)
+    return (figures["db_low"], figures["db_high"]) if figures else (None, None)
+
+
+def known_within_db(figures):
+    """Half of an interval; infinite where an end is open."""
+    low, high = figures["db_low"], figures["db_high"]
+    return math.inf if low is None or high is None else (high - low) / 2
+
+
+def whole_errors(result):
+    """The linear whole error of every eye that a result holds, at any depth."""
+    if isinstance(result, (list, tuple)):
+        for each in result:
+            yield from whole_errors(each)
+    elif isinstance(result, dict):
+        if "linear" in (result.get(WHOLE) or ()):
+            yield result[WHOLE]["linear"]
+        for key, each in result.items():
+            if key not in ("gaps", "flicker"):
+                yield from whole_errors(each)
+
+
+def noisy(scored):
+    """PSNR, SSIM and what goes with them, by eye: of one seed's views beside a truth whose noise they do not share."""
+    return scored.get("against_other_seed") or scored[WHOLE]
 
 
 def psnr(scored, eye=None):
-    """Of one eye, or of both eyes' pooled squares, against the truth of the other seed; None where identical."""
-    eyes = [scored["against_other_seed"][name] for name in ([eye] if eye else EYES)]
-    return together_psnr([figures["mean_square"] for figures in eyes])
+    """Of one eye, or of both eyes' pooled squares; None where identical."""
+    return together_psnr([noisy(scored)[name]["mean_square"] for name in ([eye] if eye else EYES)])
+
+
+def ssim(scored, eye):
+    return noisy(scored)[eye]["ssim"]
 
 
 def together_psnr(squares):

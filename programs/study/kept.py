@@ -14,10 +14,11 @@ DIGITS = 10
 INTERVAL = ("mean_square", "mean_square_low", "mean_square_high", "db", "db_low", "db_high", "only_bounded")
 OF_PICTURES = ("width", "height", "frames", "identical", "psnr_mean_of_frames_db")
 """What `compare` says of pictures that every result says once, or that no table shows."""
-SCORES = ("gaps", "noise_free_worst_percent", "milliseconds", "views")
-"""Beside the noise-free error: what stands in one experiment, `systems`, and is not repeated."""
-LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "against_other_seed", "renders"), "where": ("renders",), "sizes": ("renders",),
-            "parsimony": (*SCORES, "renders"), "related": ("noise_free_worst_percent", "renders")}
+WORST = ("whole_worst_percent", "noise_free_worst_percent")
+SCORES = ("gaps", "flicker", *WORST, "milliseconds", "views")
+"""Beside the errors: what stands in one experiment, `systems`, and is not repeated."""
+LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders"), "where": ("renders",), "sizes": ("renders",),
+            "parsimony": (*SCORES, "renders"), "related": (*WORST, "flicker", "renders")}
 """Experiment -> what its results do not keep. Renders stand in `systems`."""
 
 

@@ -12,7 +12,7 @@ import pathlib
 import equistream as es
 import numpy as np
 from drawing import rgb
-from found import all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr
+from found import KINDS, all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr, ssim
 from kept import lean
 from PIL import Image
 from render_list import EYES
@@ -22,12 +22,16 @@ from tables.systems import flicker_db
 TEMPLATE = pathlib.Path(__file__).with_name("page.html")
 
 
+def level(entry, kind):
+    """dB, whether that is a bound, and the ends of its interval; None where this kind was not measured."""
+    figures = error(entry, kind=kind)
+    return figures and {"db": db(entry, kind=kind), "bounded": figures["only_bounded"], "low": figures["db_low"], "high": figures["db_high"]}
+
+
 def point(entry, titles):
-    figures = error(entry)
     return {"system": entry["system"], "title": titles[entry["system"]], "coding": coding_name(entry), "width": entry["width"], "ms": ms(entry),
-            "bytes": all_bytes(entry), "noise_free": db(entry), "bounded": figures["only_bounded"], "low": figures["db_low"], "high": figures["db_high"],
-            "psnr": psnr(entry), "ssim": [entry["against_other_seed"][eye]["ssim"] for eye in EYES],
-            "flip": [entry["perceived"][eye]["flip"] for eye in EYES], "flicker": flicker_db(entry),
+            "bytes": all_bytes(entry), **{kind: level(entry, kind) for kind in KINDS}, "psnr": psnr(entry), "ssim": [ssim(entry, eye) for eye in EYES],
+            "flip": [entry["perceived"][eye]["flip"] for eye in EYES], "flicker": [flicker_db(entry, kind) for kind in KINDS],
             "gaps": [entry["gap_fraction"][eye] for eye in EYES], "n": entry["n"], "commands": [command for pair in entry["commands"] for command in pair],
             "view": entry["views"][0]}
 

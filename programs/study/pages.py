@@ -2,6 +2,7 @@
 
 import re
 
+from found import KINDS, db, error
 
 def cell(value, digits=2, missing="-"):
     return missing if value is None else f"{value:.{digits}f}"
@@ -18,8 +19,10 @@ def table(head, rows, labels=2):
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
-def noise_free_text(figures):
-    """dB with its 95 % interval, of one entry that `compare --second` wrote."""
+def error_text(figures):
+    """dB with its 95 % interval, of one entry that `compare` wrote; - without one."""
+    if figures is None:
+        return "-"
     if figures["mean_square"] == 0 and figures["mean_square_low"] == figures["mean_square_high"]:
         return "identical"
     if figures["db_low"] is None:
@@ -29,11 +32,28 @@ def noise_free_text(figures):
     return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
 
 
-def noise_free_short(figures):
-    """dB alone; a bound where the interval reaches zero error."""
+def kinds_text(scored):
+    """dB of both eyes with their intervals."""
+    return both_kinds(lambda kind: error_text(error(scored, kind=kind)))
+
+
+def kinds_short(scored, eye=None, digits=1):
+    """dB alone."""
+    return both_kinds(lambda kind: cell(db(scored, eye, kind=kind), digits))
+
+
+def error_short(figures):
+    """dB alone; a bound where the interval reaches zero error; - without one."""
+    if figures is None:
+        return "-"
     if figures["only_bounded"]:
         return "-" if figures["db_low"] is None else f"> {figures['db_low']:.1f}"
     return f"{figures['db']:.1f}"
+
+
+def both_kinds(text, *which):
+    """"whole / noise-free", by text(*which, kind)."""
+    return " / ".join(text(*which, kind=kind) for kind in KINDS)
 
 
 def both_scales(texts):

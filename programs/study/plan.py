@@ -75,7 +75,7 @@ def rates(folder, scenes):
 
 def jobs_of(preset, scene, rate):
     first, last = preset.frame_range(scene)
-    for render in render_list.every_render(preset):
+    for render in render_list.every_render(preset, scene):
         end = first + render.frames - 1 if render.frames else last
         frame_s = render.samples_a_frame() / rate
         step = max(1, int(JOB_S / frame_s))
@@ -102,7 +102,7 @@ def planned_job(preset, number, out):
     if not 0 <= number < len(jobs):
         raise Failed(f"--job: expected 0 to {len(jobs) - 1}, found {number}")
     job = jobs[number]
-    render = next((render for render in render_list.every_render(preset) if render.name == job["render"]), None)
+    render = next((render for render in render_list.every_render(preset, job["scene"]) if render.name == job["render"]), None)
     if render is None:
         raise Failed(f"{file}: job {number}: expected a render of preset {preset.name}, found '{job['render']}'; --plan makes the list anew")
     return Job(job["scene"], render, job["first"], job["last"], job["seconds"])

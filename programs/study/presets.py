@@ -14,6 +14,10 @@ OF_THEIR_OWN = ("stability", "latency")
 EXPERIMENTS = (*OF_SCENES, *OF_THEIR_OWN)
 """Each a module of experiments/, of every scene or of scenes of its own."""
 SEEDS = (1, 2)
+TRUTH_SEEDS = {1: 21, 2: 22}
+"""Of truths, by the seed of the views that are put beside them: the whole error wants noise that no view has."""
+KNOWN_DB = 0.3
+"""How well the whole error of what is judged is to be known: half of its interval of 95 %."""
 # Scene -> the middle of the frames that are studied. san-miguel's branch hangs before the left eye there (tests/study/reproject/renders.py).
 MIDDLE_FRAMES = {"kitchen": 30, "san-miguel": 41, "sibenik": 30, "sponza-crytek": 62, "voxel-city": 30, "pavilion": 30}
 
@@ -84,10 +88,15 @@ class Preset:
     """Programs that it runs in all, as it comes: what is left is told by it. 0: not counted."""
     left_out: tuple = ()
     """Experiments that are measured only where --experiments names them."""
+    truth_samples: dict = dataclasses.field(default_factory=dict)
+    """Scene -> samples a pixel of each truth, so that the whole error is known within KNOWN_DB; of others eye_samples."""
 
     @property
     def focal_px(self):
         return focal_length_px(self.eye, self.fov_deg)
+
+    def truth_samples_of(self, scene):
+        return self.truth_samples.get(scene, self.eye_samples)
 
     def is_filtered(self, width):
         """From the sphere of sphere_width, or that itself."""
@@ -108,7 +117,8 @@ PRESETS = {preset.name: preset for preset in (
            latency_seconds=2, steps=SMOKE_STEPS, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), timed=False, left_out=("where", "moved", "related")),
     Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=16, sphere_samples=16, bytes_samples=64, eye_bytes_samples=256,
            widest=Widest(3840, 1, 16), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), coarse_crfs=(34, 40), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
-           model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7),
+           model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7,
+           truth_samples={"kitchen": 64, "sibenik": 64}),
     Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, widths=(1920, 2560, 3840), system_widths=(1920, 3840), eye_samples=1000,
            sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), coarse_crfs=(38, 44), repeat=3,
            budgets_px=(1 / 16, 1 / 4, 1, 4, 16), model_rounds=40, samples_swept=(1, 4, 16, 64, 256, 1024), breakers=(), every_value=True, latency_seconds=30),

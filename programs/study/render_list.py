@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from presets import SEEDS
+from presets import SEEDS, TRUTH_SEEDS
 
 EYES = ("left", "right")
 PLACES = ("left", "centre", "right")
@@ -13,7 +13,7 @@ UNBIASED = ("--unbiased",)
 """What eyes are compared with leaves nothing out of the light; what is streamed is rendered as users do."""
 WHOLE = ("--layers", "--patches")
 """Beside render's own planes: the tracks that `play` fills gaps from unless told otherwise."""
-DEPTH, WITH_MIRRORS = ("--aovs", "depth"), ("--aovs", "depth,specular,virtual")
+DEPTH, WITH_MIRRORS, WITH_MOTION = ("--aovs", "depth"), ("--aovs", "depth,specular,virtual"), ("--aovs", "depth,motion")
 
 
 def size_text(size):
@@ -45,9 +45,10 @@ class Render:
         return pixels * self.samples
 
 
-def truth(preset, seed):
-    """Both eyes, which everything is compared with."""
-    return Render(f"truth-{seed}", seed, preset.eye_samples, preset.eye, "both", fov_deg=preset.fov_deg, options=(*DEPTH, *UNBIASED))
+def truth(preset, scene, seed):
+    """Both eyes, which views of `seed` are compared with; motion is what flicker goes along."""
+    own = TRUTH_SEEDS[seed]
+    return Render(f"truth-{own}", own, preset.truth_samples_of(scene), preset.eye, "both", fov_deg=preset.fov_deg, options=(*WITH_MOTION, *UNBIASED))
 
 
 def whole_sphere(preset, place, seed):
@@ -90,9 +91,10 @@ def eyes_geometry(preset):
     return Render("geometry-eyes", SEEDS[0], 1, preset.eye, "both", fov_deg=preset.fov_deg, options=("--aovs", "depth,specular"))
 
 
-def moved_eyes(preset, name, seed, path):
-    """Both eyes of a head that follows another path."""
-    return Render(f"eyes-{name}-{seed}", seed, preset.eye_samples, preset.eye, "both", fov_deg=preset.fov_deg, options=("--path", path, "--aovs", "none", *UNBIASED))
+def moved_eyes(preset, scene, name, seed, path):
+    """The truth of a head that follows another path."""
+    own = TRUTH_SEEDS[seed]
+    return dataclasses.replace(truth(preset, scene, seed), name=f"eyes-{name}-{own}", options=("--path", path, "--aovs", "none", *UNBIASED))
 
 
 def locked_sphere(preset, lock):
@@ -110,12 +112,12 @@ def further_samples(wanted, each):
     return max(0, wanted - len(SEEDS) * each)
 
 
-def every_render(preset):
+def every_render(preset, scene):
     """Of one scene, but for geometry, which takes one sample, and for single frames of heads that have moved."""
     for seed in SEEDS:
         yield perspective(preset, seed)
         yield right_eye(preset, seed)
-        yield truth(preset, seed)
+        yield truth(preset, scene, seed)
         yield whole_sphere(preset, "centre", seed)
         for place in PLACES:
             yield wide_sphere(preset, place, seed)

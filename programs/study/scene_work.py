@@ -98,8 +98,8 @@ class SceneWork:
         return self.render(render_list.perspective(self.preset, seed))
 
     def truth(self, seed):
-        """Both eyes, unbiased."""
-        return self.render(render_list.truth(self.preset, seed))
+        """Both eyes, unbiased: what views of this seed are put beside, of a seed of its own."""
+        return self.render(render_list.truth(self.preset, self.scene, seed))
 
     def pair(self, seed):
         """A view of each eye, a folder for each."""
@@ -179,13 +179,13 @@ class SceneWork:
             eye.pop("per_frame", None)
         return {"command": record["command"], "eyes": eyes}
 
-    def scored(self, name, views, frames=None):
-        return self.beside(name, views, [self.truth(seed) for seed in SEEDS], frames)
+    def scored(self, name, views, frames=None, eyes=None):
+        return self.beside(name, views, [self.truth(seed) for seed in SEEDS], frames, eyes)
 
-    def beside(self, name, views, truth, frames=None):
-        """Views of both seeds against the truth: PSNR and SSIM of one against the other's, and the noise-free error of both."""
-        chosen = ["--frames", frames] if frames else []
+    def beside(self, name, views, truth, frames=None, eyes=None):
+        """Views of both seeds against both truths: the whole error of one, with its PSNR and SSIM, and the noise-free error of both; how either flickers."""
+        chosen = [*(["--frames", frames] if frames else []), *(["--eyes", eyes] if eyes else [])]
         gaps = f"{views[0]}/gaps"
         masks = ["--gaps", gaps] if (self.folder / gaps).exists() else []
-        return {"against_other_seed": self.compare(name, views[0], truth[1], *chosen, *masks)["eyes"],
-                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", *chosen, *masks)["eyes"]}
+        return {"whole": self.compare(name, views[0], truth[1], "--truth2", truth[0], "--metrics", "psnr,ssim,flicker", *chosen, *masks)["eyes"],
+                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "flicker", *chosen, *masks)["eyes"]}

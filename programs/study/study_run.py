@@ -14,20 +14,32 @@ import charts.systems
 import plan
 from charts.looks import COLOURS
 from experiments import EXPERIMENTS
-from found import load
+from found import known_within_db, load, whole_errors
 from kept import LEFT_OUT, all_pictures, lean, result_text, write_pictures
 from options import Progress
 from page import Pictures, write_page
-from presets import OF_SCENES, PRESETS, SEEDS
+from presets import KNOWN_DB, OF_SCENES, PRESETS, SEEDS
 from scene_work import REPOSITORY, SceneWork
 from steps import Failed, provenance, read_json, write_whole
 from tables import write_tables
 
 
-def settings(preset):
-    """What makes a result another one: all numbers of the preset, and their seeds."""
+def settings(preset, scene):
+    """What makes a result of a scene another one: all numbers of the preset, and their seeds."""
     return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(preset).items() if key not in ("scenes", "steps")} | {
-        "widest": vars(preset.widest), "seeds": list(SEEDS)}
+        "widest": vars(preset.widest), "seeds": list(SEEDS), "truth_samples": preset.truth_samples_of(scene)}
+
+
+def tell_how_well_known(result, file):
+    """How wide the whole errors' intervals are; a line on the standard error where one is wider than it is to be."""
+    halves = sorted(map(known_within_db, whole_errors(result)))
+    if not halves:
+        return
+    wide = [half for half in halves if half > KNOWN_DB]
+    print(f"{file}: whole errors known within {halves[len(halves) // 2]:.2f} dB (the median of {len(halves)}), {halves[-1]:.2f} dB at most", flush=True)
+    if wide:
+        print(f"{file}: warning: expected whole errors known within {KNOWN_DB:g} dB, found {len(wide)} of {len(halves)} wider, with "
+              f"{result['settings']['truth_samples']} samples a pixel of the truth (truth_samples of the preset)", file=sys.stderr, flush=True)
 
 
 class Study:
@@ -43,7 +55,7 @@ class Study:
         if self.options.again or not file.exists():
             return False
         found = read_json(file)["settings"]
-        wanted = json.loads(result_text(settings(self.preset)))
+        wanted = json.loads(result_text(settings(self.preset, file.stem)))
         # What a preset says more by now, nothing that was measured hangs on.
         if differing := ", ".join(key for key in found if found[key] != wanted.get(key)):
             raise Failed(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
@@ -63,7 +75,7 @@ class Study:
         result = {"scene": scene, "experiment": experiment,
                   "command": " ".join(["equistream study --preset", self.preset.name, *(["--scenes", scene] if experiment in OF_SCENES else []),
                                        "--experiments", experiment, "--out DIR"]),
-                  "settings": settings(self.preset), **made, **EXPERIMENTS[experiment](work)}
+                  "settings": settings(self.preset, scene), **made, **EXPERIMENTS[experiment](work)}
         result["renders"] = work.render_records()
         result["took_s"] = round(time.monotonic() - began, 1)
         result["measuring_cpu_s"] = round(work.measuring_cpu_s(), 1)
@@ -71,6 +83,7 @@ class Study:
             write_pictures(self.options.out, scene, Pictures(work).all_of(result["systems"], result["anaglyph"]["view"]))
         write_whole(file, result_text(lean(result, LEFT_OUT.get(experiment, ()))))
         print(f"{file}: {result['took_s']:.0f} s", flush=True)
+        tell_how_well_known(result, file)
 
     def steps_left(self):
         """Of the preset as it comes; None where nobody has counted them."""

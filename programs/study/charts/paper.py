@@ -8,7 +8,7 @@ import io
 
 import matplotlib.pyplot as plt
 import numpy as np
-from found import ceiling_psnr, db, load, psnr
+from found import ceiling_psnr, db, load, psnr, ssim
 from kept import all_pictures
 from PIL import Image
 from render_list import EYES
@@ -46,12 +46,8 @@ def bars(axes, names, values, colours, **options):
     axes.set_xticks(range(len(names)), [SYSTEMS[name] for name in names], rotation=35, ha="right", fontsize=8)
 
 
-def ssim(figures, eye):
-    return figures[eye]["ssim"]
-
-
 # Name -> of an entry, of a result's ceiling, how far below the least bar a panel begins.
-MEASURES = {"PSNR, dB": (psnr, ceiling_psnr, 2), "SSIM": (lambda entry, eye: ssim(entry["against_other_seed"], eye), lambda result, eye: ssim(result["ceiling"], eye), 0.03),
+MEASURES = {"PSNR, dB": (psnr, ceiling_psnr, 2), "SSIM": (ssim, lambda result, eye: result["ceiling"][eye]["ssim"], 0.03),
             "noise-free, dB": (db, None, 2)}
 
 

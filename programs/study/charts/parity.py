@@ -2,7 +2,7 @@
 
 import matplotlib.pyplot as plt
 from curves import REFERENCES, SPHERE, matching, of, parity_width, points, widths
-from found import db, interval_db, load, psnr, together_psnr
+from found import db, interval_db, load, psnr, ssim, together_psnr
 from render_list import EYES
 
 from . import looks
@@ -14,8 +14,8 @@ def quality_colours(qualities):
     return dict(zip(qualities, plt.get_cmap("viridis")([0.08 + 0.8 * i / max(len(qualities) - 1, 1) for i in range(len(qualities))])))
 
 
-def ssim(entry):
-    return sum(entry["against_other_seed"][eye]["ssim"] for eye in EYES) / len(EYES)
+def mean_ssim(entry):
+    return sum(ssim(entry, eye) for eye in EYES) / len(EYES)
 
 
 def draw_ceiling(axes, eyes, accuracy):
@@ -71,7 +71,7 @@ COLUMNS, BYTES = "columns of the sphere", "bytes a frame (all tracks)"
 NOISE_FREE = "noise-free, dB (linear), both eyes"
 ROWS = ((lambda axes, result: draw_widths(axes, result, db), NOISE_FREE, COLUMNS), (draw_bytes, NOISE_FREE, BYTES),
         (lambda axes, result: draw_widths(axes, result, psnr), "PSNR, noise and all, dB", COLUMNS),
-        (lambda axes, result: draw_widths(axes, result, ssim), "SSIM, noise and all", COLUMNS))
+        (lambda axes, result: draw_widths(axes, result, mean_ssim), "SSIM, noise and all", COLUMNS))
 
 
 def draw_all(folder):

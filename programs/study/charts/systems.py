@@ -1,16 +1,16 @@
-"""Charts of every system, one panel a scene. 1: accuracy against time a frame and against bytes, noise-free above, PSNR with the truth's own noise below.
+"""Charts of every system, one panel a scene. 1: accuracy against time a frame and against bytes: the whole error, the noise-free one, and PSNR with the truth's own noise.
 Where the error lies: one bar a system, shared out between hidden pixels, mirrors and glass, edges and the rest; how large it is beside it. What is left when
 the head has turned and moved on from where the server thought it was.
 """
 
 import matplotlib.pyplot as plt
 from drawing import pareto
-from found import all_bytes, ceiling_psnr, coding_name, db, interval_db, load, ms, psnr
+from found import WHOLE, all_bytes, ceiling_psnr, coding_name, db, interval_db, load, ms, psnr, whole_db
 from tables.where import by_head, head_text, kinds_of, shares
 
 from . import looks
 
-KINDS = {"noise-free, dB (linear)": db, "PSNR, dB": psnr}
+KINDS = {"whole, dB (linear)": whole_db, "noise-free, dB (linear)": db, "PSNR, dB": psnr}
 COSTS = {"time": (ms, "client, ms a frame (both eyes)"), "bytes": (all_bytes, "bytes a frame, all tracks, noise and all")}
 
 
@@ -22,17 +22,18 @@ def draw_accuracy_panel(axes, result, cost, accuracy):
         if x is None or y is None or y > looks.HIGHEST_DB:
             continue
         looks.point(axes, entry, x, y, narrowest)
-        if accuracy is db:
-            looks.interval(axes, x, interval_db(entry), looks.COLOURS[entry["system"]])
+        if accuracy is not psnr:
+            looks.interval(axes, x, interval_db(entry, kind=WHOLE) if accuracy is whole_db else interval_db(entry), looks.COLOURS[entry["system"]])
         points.append((x, y))
     looks.front(axes, pareto(points))
 
 
 def draw_accuracy(results, cost, label, file):
     plt.rcParams.update(looks.STYLE)
-    figure, panels = plt.subplots(len(KINDS), len(results), figsize=(max(3.5 * len(results), 7), 8.4), squeeze=False, sharey="row", layout="constrained")
+    kinds = {kind: accuracy for kind, accuracy in KINDS.items() if any(accuracy(entry) is not None for result in results.values() for entry in result["systems"])}
+    figure, panels = plt.subplots(len(kinds), len(results), figsize=(max(3.5 * len(results), 7), 4.2 * len(kinds)), squeeze=False, sharey="row", layout="constrained")
     for column, result in enumerate(results.values()):
-        for row, (kind, accuracy) in enumerate(KINDS.items()):
+        for row, (kind, accuracy) in enumerate(kinds.items()):
             axes = panels[row][column]
             axes.set_xscale("log")
             draw_accuracy_panel(axes, result, cost, accuracy)

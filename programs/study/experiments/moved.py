@@ -72,7 +72,7 @@ def run(work):
     found, ceiling = [], {}
     for head in HEADS:
         path = path_of(work, head, number)
-        truths = [work.render(moved_eyes(work.preset, head.name, seed, path), str(number)) for seed in SEEDS]
+        truths = [work.render(moved_eyes(work.preset, work.scene, head.name, seed, path), str(number)) for seed in SEEDS]
         ceiling[head.name] = work.compare(f"moved-{head.name}-ceiling", *truths)["eyes"]
         player = Player(work, str(number), path)
         for system in played_of(work):

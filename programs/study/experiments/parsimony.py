@@ -1,6 +1,6 @@
 """How little is enough: accuracy against triangles of the client's model, bits of depth, share of the budget that mesh cells may use, draws, and samples.
 
-Each axis is swept with all else at its best, by the sphere at the head's centre at its full width, before coding: both eyes, noise-free, both seeds.
+Each axis is swept with all else at its best, by the sphere at the head's centre at its full width, before coding: both eyes, both seeds.
 Accuracy against the sphere's width is parity's (parity.py).
 """
 
@@ -30,15 +30,15 @@ def sources(work):
 
 
 def played(work, label, *words):
-    """Noise-free of both seeds' spheres, played in one way."""
+    """The errors of both seeds' spheres, played in one way."""
     views = work.steps.side_by_side(lambda seed, source: work.play(f"{label}-{seed}", source, *words)[0], SEEDS, sources(work))
-    return work.scored(label, views)["noise_free"]
+    return work.scored(label, views)
 
 
 def triangles(work):
     """Of the client's model, by error budget."""
     surface = ["--method", "eye-depth", *FILL]
-    points = [{"error_px": 0, "triangles": None, "noise_free": played(work, "model-none", "--scene", work.description, *surface)}]
+    points = [{"error_px": 0, "triangles": None, **played(work, "model-none", "--scene", work.description, *surface)}]
     for error_px in work.preset.budgets_px:
         file, step = f"models/{error_px:g}px.json", f"model-{error_px:g}px"
         (work.folder / "models").mkdir(exist_ok=True)
@@ -46,7 +46,7 @@ def triangles(work):
                        "--progress", "none", "--out", file)
         figures = json.loads(work.steps.output_of(step))
         points.append({"error_px": error_px, "triangles": figures["triangles"]["after"], "bytes": figures["bytes"],
-                       "noise_free": played(work, f"model-{error_px:g}px", "--model", file, *surface)})
+                       **played(work, f"model-{error_px:g}px", "--model", file, *surface)})
     return points
 
 
@@ -57,16 +57,16 @@ def draws(work):
         views, said = zip(*(work.play(f"depth-{depth}-{seed}", source, "--scene", work.description, "--depth", depth, "--method", "eye-depth", *FILL, timed=True)
                             for seed, source in zip(SEEDS, sources(work))))
         found.append({"depth": depth, "title": title, "depth_ms": min(stage_ms(report["milliseconds"], "depth") for report in said),
-                      "noise_free": work.scored(f"depth-{depth}", views)["noise_free"]})
+                      **work.scored(f"depth-{depth}", views)})
     return found
 
 
 def reprojected(work, label, change, **settings):
-    """Noise-free of what the `mesh` engine makes of the spheres, their depth changed by `change(depth_m, box_radius_m)` -> (depth_m, tolerance of w)."""
+    """The errors of what the `mesh` engine makes of the spheres, their depth changed by `change(depth_m, box_radius_m)` -> (depth_m, tolerance of w)."""
     for seed, source in zip(SEEDS, sources(work)):
         spheres, out = work.folder / source / "centre", work.folder / f"views/{label}-{seed}"
         made_once(out, [spheres], lambda spheres=spheres, out=out, seed=seed: draw_views(work, es.Reprojector("mesh", fill="pushpull", **settings), spheres, change, seed, out))
-    return work.scored(label, [f"views/{label}-{seed}" for seed in SEEDS])["noise_free"]
+    return work.scored(label, [f"views/{label}-{seed}" for seed in SEEDS])
 
 
 def draw_views(work, engine, spheres, change, seed, out):
@@ -78,7 +78,7 @@ def draw_views(work, engine, spheres, change, seed, out):
 def draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out):
     frame["depth"] = depth_m
     for eye in EYES:
-        true = es.read_frame_info(work.folder / f"renders/truth-{seed}/{eye}/frame.{frame.info.index:04}.exr")
+        true = es.read_frame_info(work.folder / f"{work.truth(seed)}/{eye}/frame.{frame.info.index:04}.exr")
         picture = engine(frame, true.camera, true.camera_pose, depth_tolerance_w=tolerance_w)
         (out / eye).mkdir(parents=True, exist_ok=True)
         Image.fromarray(picture.rgb).save(out / eye / f"frame.{frame.info.index:04}.png")
@@ -86,8 +86,8 @@ def draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out):
 
 def depth_bits(work):
     """Of w in equal steps."""
-    points = [{"bits": None, "noise_free": reprojected(work, "bits-all", lambda depth_m, box_radius_m: (depth_m, 0.0))}]
-    return points + [{"bits": bits, "noise_free": reprojected(work, f"bits-{bits}", lambda depth_m, box_radius_m, bits=bits: coarse(depth_m, box_radius_m, bits))}
+    points = [{"bits": None, **reprojected(work, "bits-all", lambda depth_m, box_radius_m: (depth_m, 0.0))}]
+    return points + [{"bits": bits, **reprojected(work, f"bits-{bits}", lambda depth_m, box_radius_m, bits=bits: coarse(depth_m, box_radius_m, bits))}
                      for bits in (BITS if work.preset.every_value else BITS[::5])]
 
 
@@ -95,7 +95,7 @@ def mesh_cells(work):
     """By the error budget of the engine; how many those are in the first frame."""
     frame = next(iter(es.Sequence(work.folder / sources(work)[0] / "centre", "depth")))
     return [{"error_px": error_px, "cells": adaptive_cells(work, frame["depth"], frame.info.box_radius_m, error_px),
-             "noise_free": reprojected(work, f"cells-{error_px:g}px", lambda depth_m, box_radius_m: (depth_m, 0.0), error_budget_px=error_px)}
+             **reprojected(work, f"cells-{error_px:g}px", lambda depth_m, box_radius_m: (depth_m, 0.0), error_budget_px=error_px)}
             for error_px in work.preset.budgets_px]
 
 
@@ -104,19 +104,18 @@ def adaptive_cells(work, depth_m, box_radius_m, budget_px):
 
 
 def samples(work):
-    """A pixel of the sphere: PSNR, noise and all, beside a truth of both seeds together, whose own noise is known from how far the seeds are apart."""
-    truth = work.merged([work.truth(seed) for seed in SEEDS], "truth-all")
+    """A pixel of the sphere: the whole error."""
+    truth, second_truth = (work.truth(seed) for seed in SEEDS)
     points = []
     for count in work.preset.samples_swept:
         source = work.render(noisy_sphere(work.preset, count))
         views, _ = work.play(f"samples-{count}", source, "--scene", work.description, "--method", "eye-depth", *FILL)
-        points.append({"samples": count, "against_truth": work.compare(f"samples-{count}", views, truth)["eyes"]})
+        points.append({"samples": count, "whole": work.compare(f"samples-{count}", views, truth, "--truth2", second_truth, "--metrics", "none")["eyes"]})
     return points
 
 
 def run(work):
-    apart = work.compare("ceiling", *(work.truth(seed) for seed in SEEDS))["eyes"]
-    return {"truth_noise": {eye: figures["mean_square"] / len(SEEDS) ** 2 for eye, figures in apart.items()}, "triangles": triangles(work), "draws": draws(work), "depth_bits": depth_bits(work), "mesh_cells": mesh_cells(work), "samples": samples(work)}
+    return {"triangles": triangles(work), "draws": draws(work), "depth_bits": depth_bits(work), "mesh_cells": mesh_cells(work), "samples": samples(work)}
 
 
 # How many cells the client's adaptive mesh has: client/warp/mesh.h's rule once more, in numpy, for counting alone. A sphere's pixels are a lattice of

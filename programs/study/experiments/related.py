@@ -15,7 +15,7 @@ from render_list import EYES
 from .parsimony import adaptive_cells, sources
 from .related_layouts import latitude_points, layout_points
 from .related_streams import difference_points, let_through, search_points
-from .related_video import counted, display, scored, write
+from .related_video import counted, display, write
 
 STEPS = (1, 2, 4, 8, 16)
 GRIDS = {"mesh-plain": "regular grid, stretched over edges", "mesh": "regular grid, cut at edges"}
@@ -86,8 +86,7 @@ def block_points(work):
         said = f"error_budget_px={variant.step:g})" if adaptive else f"error_budget_px={GRID_BUDGET_PX:g}) of every {variant.step}th depth"
         points.append({"kind": "adaptive" if adaptive else method, "title": ADAPTIVE if adaptive else GRIDS[method],
                        "error_px" if adaptive else "step": variant.step, "cells": cells[variant.label],
-                       "noise_free": scored(work, f"related-{variant.label}", views, ",".join(EYES)),
-                       "n": {**counted(work), "eyes": len(EYES), "frames_of_cells": 1},
+                       **work.scored(f"related-{variant.label}", views), "n": {**counted(work), "eyes": len(EYES), "frames_of_cells": 1},
                        "command": f"es.Reprojector('{method}', fill='{FILL}', {said}"})
     return points
 

@@ -19,7 +19,7 @@ from found import together_psnr
 from presets import SEEDS
 from steps import Failed
 
-from .related_video import coded, counted, display, ffmpeg, file_of, indices, mean_bytes, scored, sequence, write
+from .related_video import coded, counted, display, ffmpeg, file_of, indices, mean_bytes, sequence, write
 
 OVERSAMPLED = 2
 FACE_STEP = 16
@@ -241,7 +241,7 @@ def layout_points(work, crfs):
         beyond = beyond_share(eyes[SEEDS[0]]) if isinstance(layout, Cylinder) else 0.0
         for crf, label in labels.items():
             points.append({"layout": layout.name, "title": layout.title, "size": list(layout.size), "crf": crf, "bytes_a_frame": mean_bytes(runs[crf]) if crf else None,
-                           "noise_free": scored(work, label, [f"views/{label}-{seed}" for seed in SEEDS], "left"), "beyond_share": beyond, "n": counted(work),
+                           **work.scored(label, [f"views/{label}-{seed}" for seed in SEEDS], eyes="left"), "beyond_share": beyond, "n": counted(work),
                            "command": runs[crf][0][1]})
     return checked, points
 

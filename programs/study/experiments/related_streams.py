@@ -9,7 +9,7 @@ from drawing import rgb
 from presets import SEEDS
 from render_list import EYES
 
-from .related_video import coded, counted, ffmpeg, file_of, indices, mean_bytes, psnr, scored, shown, write
+from .related_video import coded, counted, ffmpeg, file_of, indices, mean_bytes, psnr, shown, write
 from .sizes import low_noise
 from .systems import SYSTEMS, Coding, Player
 
@@ -95,15 +95,15 @@ def in_turns(work, index, place):
 
 
 def point(work, kind, crf, label, views, runs):
-    return {"kind": kind, "crf": crf, "bytes_a_frame": mean_bytes(runs), "noise_free": scored(work, label, views, "right"),
+    return {"kind": kind, "crf": crf, "bytes_a_frame": mean_bytes(runs), **work.scored(label, views, eyes="right"),
             "samples": work.preset.eye_samples, "n": counted(work), "command": runs[0][1]}
 
 
 def difference_points(work, crfs):
     """Bytes of the second eye alone, and its error: coded itself, in one stream with the first, as a difference, and without one."""
     for seed in SEEDS:
-        for eye in EYES:
-            shown(work, f"{work.truth(seed)}/{eye}", f"related/{eye}-{seed}")
+        for eye, rendered in zip(EYES, work.pair(seed)):
+            shown(work, rendered, f"related/{eye}-{seed}")
     points = []
     for crf in crfs:
         views, commands = zip(*reprojected_right(work, crf))

@@ -1,4 +1,4 @@
-"""Pictures to H.264 and back by FFmpeg, for systems that are not ours, and their score.
+"""Pictures to H.264 and back by FFmpeg, for systems that are not ours.
 
 Pictures are FOLDER/frame.NNNN.png, the preset's frames; names are relative to the work folder, so that commands do not depend on the machine. Bytes are those
 of a bare stream without x264's own words about itself; one thread, so that they are the same everywhere.
@@ -79,12 +79,6 @@ def mean_bytes(runs):
 def psnr(work, folder, other):
     squares = [np.mean((rgb(file_of(work, folder, i)).astype(np.float64) - rgb(file_of(work, other, i))) ** 2) for i in indices(work)]
     return together_psnr(squares)
-
-
-def scored(work, label, views, eyes):
-    """Noise-free (docs/compare.md) of both seeds' views, `eyes` as compare has them; as found.db() reads it."""
-    truths = [work.truth(seed) for seed in SEEDS]
-    return work.compare(f"{label}-noise-free", views[0], truths[0], "--second", views[1], truths[1], "--metrics", "none", "--eyes", eyes)["eyes"]
 
 
 def counted(work):

@@ -1,8 +1,8 @@
 """The paper's experiment, every system: what is rendered, coded and reprojected, for how many bytes and milliseconds, and how near the truth it comes.
 
 A system is a source (a perspective view, a sphere at an eye or at the head's centre, two of them), a way of playing it and what comes along for gaps.
-Each is played before coding and through each codec at each of the paper's two qualities; PSNR and SSIM are of one seed's views beside the other's truth,
-the noise-free error takes both (docs/compare.md).
+Each is played before coding and through each codec at each of the paper's two qualities. The whole error, PSNR and SSIM are of one seed's views, the
+noise-free error takes both (docs/compare.md).
 """
 
 import dataclasses
@@ -240,5 +240,5 @@ def run(work):
     return {"scene_info": work.info, "anaglyph": anaglyph(work, player, codings(preset)[1]), "baselines_ms": baselines(work, player, codings(preset)[1]), "flip_pictures": min(FLIP_PICTURES, preset.frames),
             "flip_pixels_a_degree": pixels_a_degree(preset.focal_px),
             "flip_ceiling": sum(flip(*(work.folder / truth / eye for truth in truths), pixels_a_degree(preset.focal_px)) for eye in EYES) / len(EYES),
-            "ceiling": work.compare("ceiling", "renders/truth-1", "renders/truth-2")["eyes"], "systems": entries,
+            "ceiling": work.compare("ceiling", *truths)["eyes"], "systems": entries,
             "titles": {system.name: system.title for system in SYSTEMS}}

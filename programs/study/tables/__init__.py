@@ -3,8 +3,8 @@ look at all scenes. There text around its markers is left alone; a page without 
 """
 
 from curves import AXES, REFERENCES, SPHERE, matching, parity_of, rates_of
-from found import all_bytes, db, error, load, ms
-from pages import cell, noise_free_text, place, table
+from found import all_bytes, load, ms
+from pages import cell, kinds_short, kinds_text, place, table
 from rates import CLOSE_DB, knee, least_within
 from steps import write_whole
 
@@ -26,7 +26,7 @@ def parity_rows(results):
         for reference in REFERENCES:
             for row, on_display in zip(parity_of(result, "first", SPHERE, reference), parity_of(result, "first", SPHERE, reference, scale="display")):
                 width, fewest = row["width"], row["fewest_bytes_width"]
-                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), width_text(on_display), cell(row["fewest_bytes"], 0),
+                yield [scene, reference, f"{row['crf']:g}", cell(row["whole_db"]), cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), width_text(on_display), cell(row["fewest_bytes"], 0),
                        str(fewest or "-"), ratio_text(row), cell(fewest and pixels_times(result["settings"], fewest, reference))]
 
 
@@ -55,7 +55,7 @@ def knee_rows(results):
 def draw_rows(results):
     for scene, result in results.items():
         for entry in result["draws"]:
-            yield [scene, entry["title"], cell(entry["depth_ms"], 1), noise_free_text(error(entry))]
+            yield [scene, entry["title"], cell(entry["depth_ms"], 1), kinds_text(entry)]
 
 
 def write_tables(folder):
@@ -64,11 +64,11 @@ def write_tables(folder):
     parts = system_parts(systems, load(folder, "sizes"))
     parts += where_parts(load(folder, "where")) + moved_parts(load(folder, "moved"))
     if parity:
-        parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "columns by display values", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
+        parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "whole dB", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "columns by display values", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
                   "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
         n = counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds")
-        parts += ["## The client's depth: milliseconds a frame of both eyes, uncoded; OpenGL in software", n, table(["scene", "depth by", "ms a frame", "noise-free dB [95 %]"], list(draw_rows(parsimony))),
+        parts += ["## The client's depth: milliseconds a frame of both eyes, uncoded; OpenGL in software", n, table(["scene", "depth by", "ms a frame", "whole / noise-free dB [95 %]"], list(draw_rows(parsimony))),
                   "## The knee", n.removesuffix(".") + ", one of each number of samples.", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
     parts += stability_parts(load(folder, "stability"), load(folder, "latency"))
     parts += related_parts(load(folder, "related"))
@@ -86,8 +86,8 @@ def coded_entry(entries, system, width):
 
 
 def figures_text(entry):
-    """"dB, kB, ms"."""
-    return "-" if entry is None else f"{cell(db(entry), 1)}, {all_bytes(entry) / 1000:,.0f} kB, {cell(ms(entry), 0)} ms"
+    """"whole / noise-free dB, kB, ms"."""
+    return "-" if entry is None else f"{kinds_short(entry)}, {all_bytes(entry) / 1000:,.0f} kB, {cell(ms(entry), 0)} ms"
 
 
 def systems_table(results):
@@ -118,8 +118,8 @@ def parity_table(results):
     for scene, result in results.items():
         for reference, title in REFERENCES.items():
             for row in parity_of(result, "first", SPHERE, reference):
-                rows.append([scene, title, f"{row['crf']:g}", cell(row["db"], 1), width_text(row), cell(row["width"] and row["width"] / matching(result["settings"])), ratio_text(row, 1)])
-    return table(["scene", "equal to", "CRF of both", "dB", "columns [95 %]", "of 2 pi f", "bytes, times"], rows)
+                rows.append([scene, title, f"{row['crf']:g}", cell(row["whole_db"], 1), cell(row["db"], 1), width_text(row), cell(row["width"] and row["width"] / matching(result["settings"])), ratio_text(row, 1)])
+    return table(["scene", "equal to", "CRF of both", "whole dB", "dB", "columns [95 %]", "of 2 pi f", "bytes, times"], rows)
 
 
 def fill_conclusion(folder, systems, parity):

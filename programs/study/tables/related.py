@@ -1,7 +1,7 @@
 """Systems beside the paper's (experiments/related.py): picking points of a result, and tables of layouts, rows, difference streams, motion search, grids of blocks."""
 
 from found import db
-from pages import cell, counts_text, table
+from pages import cell, counts_text, kinds_short, table
 from rates import bd_db, bd_rate_percent
 
 ANCHOR, DEFAULT_SEARCH = "e", "hex 16"
@@ -28,17 +28,13 @@ def beside(points, keys, key, value):
 SAID = {True: "yes", False: "no"}
 
 
-def uncoded(result, layout):
-    return db(of(result["layouts"], layout=layout, crf=None)[0], "left")
-
-
 def layout_rows(results):
     for scene, result in results.items():
         anchor = curve(of(result["layouts"], layout=ANCHOR), "left")
         for point in of(result["layouts"], crf=None):
             tested = curve(of(result["layouts"], layout=point["layout"]), "left")
             width, height = point["size"]
-            yield [scene, point["title"], f"{width}x{height}", cell(uncoded(result, point["layout"])), cell(bd_rate_percent(anchor, tested), 1), cell(bd_db(anchor, tested)),
+            yield [scene, point["title"], f"{width}x{height}", kinds_short(point, "left", 2), cell(bd_rate_percent(anchor, tested), 1), cell(bd_db(anchor, tested)),
                    cell(100 * point["beyond_share"], 1), cell(result["lookup_check"]["ours_db"], 1), cell(result["lookup_check"]["v360_db"], 1)]
 
 
@@ -55,8 +51,8 @@ def difference_rows(results):
         beside_direct = [text for other in others for text in (cell(bd_rate_percent(direct, other), 1), cell(bd_db(direct, other)))]
         for crf in sorted({point["crf"] for point in result["differences"]}):
             points = [of(result["differences"], kind=kind, crf=crf)[0] for kind in (*SECOND_EYE, "reprojected")]
-            sent = [text for point in points[:-1] for text in (f"{point['bytes_a_frame']:,.0f}", cell(db(point, "right")))]
-            yield [scene, f"{crf:g}", *sent, cell(db(points[-1], "right")), *beside_direct]
+            sent = [text for point in points[:-1] for text in (f"{point['bytes_a_frame']:,.0f}", kinds_short(point, "right", 2))]
+            yield [scene, f"{crf:g}", *sent, kinds_short(points[-1], "right", 2), *beside_direct]
 
 
 def search_rows(results):
@@ -72,14 +68,14 @@ def block_rows(results):
     for scene, result in results.items():
         for point in result["blocks"]:
             setting = f"{point['error_px']:g} px" if "error_px" in point else f"every {point['step']}"
-            yield [scene, point["title"], setting, f"{point['cells']:,}", cell(db(point))]
+            yield [scene, point["title"], setting, f"{point['cells']:,}", kinds_short(point, digits=2)]
 
 
 def parts(results):
     if not results:
         return []
     first = next(iter(results.values()))
-    return ["## Related systems: layouts with as many pixels, left eye", f"n here and below, but for motion search = {counts_text(first['layouts'][0]['n'])}.",
+    return ["## Related systems: layouts with as many pixels, left eye", f"n here and below, but for motion search = {counts_text(first['layouts'][0]['n'])}. dB are of the whole / the noise-free error.",
             table(["scene", "layout", "size", "uncoded, dB", "BD-rate, %", "BD, dB", "of the eye beyond it, %", "our lookup beside the client's, dB", "v360's, dB"],
                   list(layout_rows(results)), 3),
             "## Related systems: rows of the sphere",

@@ -1,9 +1,8 @@
 """Tables of what every system did: accuracy in all measures, time and bytes; scenes (the paper's Table 1) and bytes (its Table 2) beside the paper's."""
 
 from experiments.systems import DECODING, STAGES, client_ms, faster
-from found import all_bytes, ceiling_psnr, coding_name, error, ms, psnr
-from found import decibels, gap_error, together
-from pages import cell, noise_free_short, noise_free_text, table
+from found import KINDS, NOISE_FREE, all_bytes, ceiling_psnr, coding_name, decibels, error, gap_error, ms, psnr, ssim, together
+from pages import both_kinds, cell, error_short, error_text, table
 from render_list import EYES
 
 FRAMES = 150
@@ -36,19 +35,20 @@ def mean(values):
     return sum(known) / len(known) if known else None
 
 
-def worst_db(entry):
-    """Noise-free, of the worst hundredth of both eyes' pixels."""
-    return together([entry["noise_free"][eye]["noise_free_worst_percent"]["linear"] for eye in EYES])["db"]
+def worst_text(entry, kind):
+    """Of the worst hundredth of both eyes' pixels, dB."""
+    return cell(together([entry[kind][eye][f"{kind}_worst_percent"]["linear"] for eye in EYES])["db"] if kind in entry else None, 1)
 
 
-def gaps_text(entry):
-    """Noise-free, of the pixels that the source did not see, each eye's by how many it has."""
-    gaps = [entry["noise_free"][eye]["gaps"] for eye in EYES if "gaps" in entry["noise_free"][eye]]
+def gaps_text(entry, kind):
+    """Of the pixels that the source did not see, each eye's by how many it has, dB."""
+    by_eye = entry.get(kind, {}).values()
+    gaps = [figures["gaps"] for figures in by_eye if "gaps" in figures]
     shares = [gap["fraction"] for gap in gaps]
     if not sum(shares):
         return "-"
-    pooled = {key: sum(share * gap["noise_free"]["linear"][key] for share, gap in zip(shares, gaps)) / sum(shares) for key in ("mean_square", "mean_square_low", "mean_square_high")}
-    return noise_free_short(together([pooled]))
+    pooled = {key: sum(share * gap[kind]["linear"][key] for share, gap in zip(shares, gaps)) / sum(shares) for key in ("mean_square", "mean_square_low", "mean_square_high")}
+    return error_short(together([pooled]))
 
 
 def gap_share_text(entry):
@@ -66,9 +66,16 @@ def slowest_ms(entry):
     return sum(client_ms(sources, stage) for stage in DECODING) + slowest / len(sources)
 
 
-def flicker_db(entry):
-    found = [entry["perceived"][eye]["flicker"] for eye in EYES]
-    return decibels(sum(figure["mean_square"] for figure in found) / len(found)) if all(found) else None
+def flicker_db(entry, kind):
+    """On display values. Results from before `compare` measured it have the noise-free one, beside FLIP."""
+    found = [(figures.get("flicker") or {}).get(kind, {}).get("display") for figures in entry.get(kind, {}).values()]
+    if kind == NOISE_FREE and not any(found):
+        found = [figures.get("flicker") for figures in entry["perceived"].values()]
+    return decibels(mean([figure["mean_square"] for figure in found])) if found and all(found) else None
+
+
+def flicker_text(entry, kind):
+    return cell(flicker_db(entry, kind), 1)
 
 
 def times_text(entry, baselines):
@@ -80,15 +87,16 @@ def times_text(entry, baselines):
 
 
 def system_row(entry, titles, baselines):
-    noise_free = {scale: noise_free_text(error(entry, scale=scale)) for scale in ("linear", "display")}
+    errors = [error_text(error(entry, scale=scale, kind=kind)) for kind in KINDS for scale in ("linear", "display")]
     by_eye = [psnr(entry, eye) for eye in EYES]
-    return [titles[entry["system"]], coding_name(entry), str(entry["width"] or "-"), cell(ms(entry), 1), cell(slowest_ms(entry), 1), times_text(entry, baselines), cell(all_bytes(entry), 0), noise_free["linear"], noise_free["display"],
-            " / ".join(cell(value, 1) for value in by_eye), " / ".join(cell(entry["against_other_seed"][eye]["ssim"], 3) for eye in EYES),
-            cell(worst_db(entry), 1), cell(100 * mean(entry["gap_fraction"].values()), 2), gaps_text(entry), gap_share_text(entry), cell(mean([entry["perceived"][eye]["flip"] for eye in EYES]), 3), cell(flicker_db(entry), 1)]
+    return [titles[entry["system"]], coding_name(entry), str(entry["width"] or "-"), cell(ms(entry), 1), cell(slowest_ms(entry), 1), times_text(entry, baselines), cell(all_bytes(entry), 0), *errors,
+            " / ".join(cell(value, 1) for value in by_eye), " / ".join(cell(ssim(entry, eye), 3) for eye in EYES),
+            both_kinds(worst_text, entry), cell(100 * mean(entry["gap_fraction"].values()), 2), both_kinds(gaps_text, entry), gap_share_text(entry), cell(mean([entry["perceived"][eye]["flip"] for eye in EYES]), 3),
+            both_kinds(flicker_text, entry)]
 
 
-SYSTEM_HEAD = ["system", "coding", "columns", "ms a frame", "slowest, ms", "times a copy / v360", "bytes a frame", "noise-free dB [95 %], linear", "the same, display", "PSNR left / right", "SSIM left / right", "worst 1 %, noise-free dB",
-               "gaps, %", "in its own gaps, noise-free dB", "of the error in gaps, %", "FLIP", "flicker, dB"]
+SYSTEM_HEAD = ["system", "coding", "columns", "ms a frame", "slowest, ms", "times a copy / v360", "bytes a frame", "whole dB [95 %], linear", "the same, display", "noise-free dB [95 %], linear", "the same, display", "PSNR left / right", "SSIM left / right", "worst 1 %, whole / noise-free dB",
+               "gaps, %", "in its own gaps, whole / noise-free dB", "of the noise-free error in gaps, %", "FLIP", "flicker, whole / noise-free dB"]
 
 
 def systems_of(scene, result):

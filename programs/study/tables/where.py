@@ -1,7 +1,7 @@
 """Where each system's error lies (experiments/where.py), and heads that are not where the server thought (experiments/moved.py): their figures and tables."""
 
-from found import db, error
-from pages import cell, counts_text, noise_free_text, table
+from found import db
+from pages import cell, counts_text, kinds_text, table
 from render_list import EYES
 
 
@@ -53,12 +53,12 @@ def moved_rows(results):
     for scene, result in results.items():
         for system, title in result["titles"].items():
             if found := by_head(result, system):
-                yield [scene, title, *(noise_free_text(error(entry)) for entry in found.values())]
+                yield [scene, title, *map(kinds_text, found.values())]
 
 
 def moved_parts(results):
     if not results:
         return []
     first = next(iter(results.values()))
-    return ["## The head elsewhere than told", f"Uncoded, spheres {first['settings']['sphere_width']} wide, n = {counts_text(first['n'])}: noise-free dB of both eyes on linear values [95 % of the noise].",
+    return ["## The head elsewhere than told", f"Uncoded, spheres {first['settings']['sphere_width']} wide, n = {counts_text(first['n'])}: whole / noise-free dB of both eyes on linear values [95 % of the noise].",
             table(["scene", "system", *map(head_text, first["heads"])], list(moved_rows(results)))]

@@ -59,9 +59,9 @@ class Smoke(unittest.TestCase):
     def result(self, experiment, scene=SCENE):
         return json.loads((self.out / experiment / f"{scene}.json").read_text())
 
-    def db(self, system, coded):
+    def db(self, system, coded, kind="noise_free"):
         entry = next(e for e in self.result("systems")["systems"] if e["system"] == system and (e["codec"] is not None) == coded)
-        return min(entry["noise_free"][eye]["noise_free"]["linear"]["db"] for eye in ("left", "right"))
+        return min(entry[kind][eye][kind]["linear"]["db"] for eye in ("left", "right"))
 
     def test_goes_on_where_it_was_interrupted(self):
         self.assertEqual(self.interrupted[0], 1)
@@ -87,6 +87,15 @@ class Smoke(unittest.TestCase):
         self.assertGreater(self.db("pair", True), self.db("centre", True), "what is not reprojected is nearer")
         self.assertGreater(self.db("centre", False), self.db("centre-turned", False) + 0.5, "parallax counts")
         self.assertGreater(self.db("centre", False), self.db("centre", True), "coding costs")
+        for system in ("pair", "centre", "centre-turned"):
+            self.assertLess(self.db(system, False, "whole"), self.db(system, False), "the whole error has the noise of what is seen")
+        self.assertGreater(self.db("pair", False), self.db("pair", True) + 3, "coding is an error of the method")
+        self.assertLess(abs(self.db("pair", False, "whole") - self.db("pair", True, "whole")), 1, "which a viewer of so noisy views hardly sees")
+        for entry in systems["systems"]:
+            for kind in ("whole", "noise_free"):
+                self.assertEqual(entry[kind]["left"]["flicker"]["motion"], "exact")
+        fewest, *_, most = (point["whole"]["left"]["whole"]["linear"]["db"] for point in self.result("parsimony")["samples"])
+        self.assertGreater(most, fewest + 0.5, "samples count")
         for entry in self.result("parity")["all"]:
             self.assertEqual("bytes_a_frame" in entry, entry["codec"] is not None)
         by_crf = {entry["crf"]: sum(entry["bytes_a_frame"].values()) for entry in self.result("parity")["all"] if entry["system"] == "perspective" and entry["codec"]}
@@ -110,6 +119,15 @@ class Smoke(unittest.TestCase):
         tables = (self.out / "tables.md").read_text()
         for section in ("Scenes", "Systems in pavilion", "Bytes", "Parity", "Bytes beside it", "The knee"):
             self.assertIn(f"## {section}", tables)
+        row = next(line.split(" | ") for line in tables.splitlines() if line.startswith("| both eyes rendered and coded | uncoded"))
+        self.assertRegex(row[7], r"^\d+\.\d\d \[\d+\.\d\d, \d+\.\d\d\]$", "the whole error comes first")
+        self.assertRegex(row[-1], r"^\d+\.\d / ", "flicker of what is seen")
+        points = json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.S)[1])["points"]
+        self.assertTrue(all(point["whole"]["db"] < 60 for point in points))
+        known = re.search(r"systems/pavilion.json: whole errors known within (\S+) dB \(the median of (\d+)\), (\S+) dB at most", self.whole.stdout)
+        self.assertEqual(int(known[2]), 2 * len(points))
+        warned = [line for line in self.whole.stderr.splitlines() if "systems/pavilion.json: warning: expected whole errors known within 0.3 dB" in line]
+        self.assertEqual(len(warned), 1 if float(known[3]) > 0.3 else 0)
         print(f"{self.took_s:.0f} s")
 
     def test_plans_a_farm(self):

@@ -1,5 +1,5 @@
-"""What the study does with pictures and heads, beside closed forms: spheres filtered narrower (rendered_test.py has them beside rendered ones); flicker, with
-noise that it must not count, and FLIP of what is the same; kinds of pixels, whose edges begin where closed form says; heads that have turned and moved on.
+"""What the study does with pictures and heads, beside closed forms: spheres filtered narrower (rendered_test.py has them beside rendered ones); FLIP of what
+is the same; what tables say of whole and noise-free errors, and of results that have none; truths of noise that no view has; kinds of pixels, whose edges begin where closed form says; heads that have turned and moved on.
 """
 
 import math
@@ -9,12 +9,17 @@ import unittest
 from pathlib import Path
 
 import equistream as es
+import found
 import narrowed
 import numpy as np
+import pages
 import perceived
+import render_list
 from experiments import moved, where
 from experiments.systems import SYSTEMS
 from PIL import Image
+from presets import PRESETS
+from tables import systems
 from tables.where import kinds_of, shares
 
 
@@ -33,53 +38,87 @@ class Narrowed(unittest.TestCase):
                 narrowed.narrowed(np.zeros((2, 4, 3)), size)
 
 
-SIZE, FRAMES = (96, 64), 6
-GREY = 128
+SIZE, GREY = (96, 64), 128
 
 
 class Perceived(unittest.TestCase):
     def setUp(self):
         self.root = Path(tempfile.mkdtemp(prefix="equistream_perceived_"))
         self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
-        self.random = np.random.default_rng(7)
 
-    def sequence(self, name, offsets, noise=0):
+    def sequence(self, name, offsets):
         """Grey frames, each brighter by its offset."""
         folder = self.root / name
         folder.mkdir()
         for number, offset in enumerate(offsets):
-            values = GREY + offset + noise * self.random.standard_normal((*SIZE[::-1], 3))
-            Image.fromarray(np.clip(np.round(values), 0, 255).astype(np.uint8)).save(folder / f"frame.{number:04}.png")
+            Image.fromarray(np.full((*SIZE[::-1], 3), GREY + offset, np.uint8)).save(folder / f"frame.{number:04}.png")
         return folder
-
-    def flicker(self, offsets, noise=0):
-        runs = [(self.sequence(f"view-{seed}", offsets, noise), self.sequence(f"truth-{seed}", [0] * FRAMES, noise)) for seed in (1, 2)]
-        return perceived.flicker(runs)
-
-    def test_an_error_that_stays_does_not_flicker(self):
-        self.assertEqual(self.flicker([20] * FRAMES)["mean_square"], 0)
-        self.assertIsNone(perceived.decibels(0))
-
-    def test_one_that_comes_and_goes_counts_by_its_steps(self):
-        found = self.flicker([0, 10] * (FRAMES // 2))
-        self.assertAlmostEqual(found["mean_square"], (10 / 255) ** 2, places=6)
-        self.assertAlmostEqual(found["db"], -20 * np.log10(10 / 255), places=2)
-
-    def test_noise_counts_nothing(self):
-        noise = 12
-        found = self.flicker([0, 10] * (FRAMES // 2), noise)
-        deviation = 4 * (noise / 255) ** 2 / np.sqrt((FRAMES - 1) * 3 * SIZE[0] * SIZE[1])
-        self.assertLess(abs(found["mean_square"] - (10 / 255) ** 2), 5 * deviation)
-
-    def test_of_a_single_frame_there_is_none(self):
-        one = self.sequence("one", [0])
-        self.assertIsNone(perceived.flicker([(one, one), (one, one)]))
 
     def test_flip_is_of_what_differs(self):
         plain, bright = self.sequence("plain", [0, 0]), self.sequence("bright", [30, 30])
         self.assertEqual(perceived.flip(plain, plain, 20), 0)
         self.assertGreater(perceived.flip(bright, plain, 20), 0.05)
         self.assertAlmostEqual(perceived.pixels_a_degree(180 / math.pi), 1)
+
+
+def interval(mean_square, half=0.0):
+    low, high = mean_square - half, mean_square + half
+    return {"mean_square": mean_square, "mean_square_low": low, "mean_square_high": high, "db": found.decibels(mean_square), "db_low": found.decibels(high),
+            "db_high": found.decibels(low), "only_bounded": low <= 0}
+
+
+def compared(kind, mean_square, half=0.0):
+    """What `compare` says of both eyes."""
+    both = {scale: interval(mean_square, half) for scale in ("linear", "display")}
+    eye = {kind: both, f"{kind}_worst_percent": both, "gaps": {"fraction": 0.5, kind: both}, "flicker": {kind: both, "motion": "exact"}, "mean_square": 255 ** 2 * mean_square}
+    return {"left": eye, "right": eye}
+
+
+OLD = {"against_other_seed": compared("none", 1e-2), "noise_free": compared("noise_free", 1e-3), "perceived": {eye: {"flip": 0, "flicker": interval(1e-5)} for eye in ("left", "right")}}
+NEW = {"whole": compared("whole", 1e-2, 1e-3), "noise_free": compared("noise_free", 1e-3), "perceived": {}}
+
+
+class Kept(unittest.TestCase):
+    def test_the_whole_error_comes_first_and_a_dash_where_there_is_none(self):
+        self.assertEqual(pages.kinds_short(NEW), "20.0 / 30.0")
+        self.assertEqual(pages.kinds_short(OLD), "- / 30.0")
+        self.assertEqual(pages.kinds_text(NEW), "20.00 [19.59, 20.46] / 30.00 [30.00, 30.00]")
+        self.assertEqual(pages.kinds_text(OLD), "- / 30.00 [30.00, 30.00]")
+        for text in (systems.worst_text, systems.gaps_text):
+            self.assertEqual([pages.both_kinds(text, entry) for entry in (NEW, OLD)], ["20.0 / 30.0", "- / 30.0"])
+
+    def test_flicker_is_compares_or_of_older_results_what_stands_beside_flip(self):
+        self.assertEqual(pages.both_kinds(systems.flicker_text, NEW), "20.0 / 30.0")
+        older = {**OLD, "noise_free": {eye: {**figures, "flicker": None} for eye, figures in OLD["noise_free"].items()}}
+        self.assertEqual(pages.both_kinds(systems.flicker_text, older), "- / 50.0")
+        self.assertIsNone(systems.flicker_db({**NEW, "whole": {"left": {"flicker": None}, "right": {"flicker": None}}}, "whole"))
+
+    def test_psnr_is_of_whichever_comparison_has_it(self):
+        self.assertAlmostEqual(found.psnr(NEW), 20)
+        self.assertAlmostEqual(found.psnr(OLD), 20)
+
+    def test_how_well_whole_errors_are_known(self):
+        errors = list(found.whole_errors({"systems": [NEW, OLD], "settings": {"crfs": [16, 24]}}))
+        self.assertEqual(len(errors), 2, "each eye, once")
+        self.assertAlmostEqual(found.known_within_db(errors[0]), (found.decibels(9e-3) - found.decibels(11e-3)) / 2)
+        self.assertEqual(found.known_within_db(interval(1e-3, 2e-3)), math.inf)
+
+
+class Truths(unittest.TestCase):
+    def test_no_view_has_their_seed_or_noise(self):
+        for preset in PRESETS.values():
+            for scene in preset.scenes:
+                renders = list(render_list.every_render(preset, scene))
+                truths = [render for render in renders if render.name.startswith("truth-")]
+                self.assertEqual(len({render.seed for render in truths}), 2)
+                self.assertFalse({render.seed for render in truths} & {render.seed for render in renders if render not in truths})
+                for render in truths:
+                    self.assertIn("--unbiased", render.words())
+                    self.assertEqual(render.samples, preset.truth_samples_of(scene))
+
+    def test_scenes_may_ask_for_more_samples(self):
+        self.assertEqual(PRESETS["small"].truth_samples_of("kitchen"), 64)
+        self.assertEqual(PRESETS["small"].truth_samples_of("voxel-city"), PRESETS["small"].eye_samples)
 
 
 FOCAL_PX, IPD_M = 320, 0.063

@@ -13,21 +13,18 @@ import sys
 import results
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-from pages import both_scales, cell, noise_free_short, noise_free_text, place, table  # noqa: E402
+from pages import both_scales, cell, error_short, error_text, place, table  # noqa: E402
 
 HEAD_NAMES = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}
 
 
 def one_eye(entry, eye, figure):
-    return both_scales({scale: "-" if figure(entry, eye, scale) is None else noise_free_short(figure(entry, eye, scale)) for scale in results.SCALES})
+    return both_scales({scale: error_short(figure(entry, eye, scale)) for scale in results.SCALES})
 
 
 def eyes_cell(entry, figure):
     """"left / right (left / right)", linear (display)."""
-    def short(eye, scale):
-        found = figure(entry, eye, scale)
-        return "-" if found is None else noise_free_short(found)
-    texts = {scale: [short(eye, scale) for eye in results.EYES] for scale in results.SCALES}
+    texts = {scale: [error_short(figure(entry, eye, scale)) for eye in results.EYES] for scale in results.SCALES}
     if all(text == "-" for eyes in texts.values() for text in eyes):
         return "-"
     return both_scales({scale: " / ".join(eyes) for scale, eyes in texts.items()})
@@ -61,7 +58,7 @@ def accuracy(result, head):
         for eye in results.EYES:
             noisy = entry["against_other_seed"]["eyes"][eye]
             worst = one_eye(entry, eye, results.worst_error) if worst_is_noise_free else cell(noisy["psnr_worst_percent_db"])
-            row += [noise_free_text(results.error(entry, eye, "linear")), noise_free_short(results.error(entry, eye, "display")),
+            row += [error_text(results.error(entry, eye, "linear")), error_short(results.error(entry, eye, "display")),
                     one_eye(entry, eye, results.gap_error), cell(noisy["psnr_db"]), cell(noisy["ssim"], 4), worst]
         gaps = entry["against_other_seed"]["eyes"]["right"].get("gaps")
         rows.append([*row, cell(100 * gaps["fraction"]) if gaps else "-", cell(results.reprojection_ms(entry), 1)])
