@@ -2,6 +2,8 @@
 is the same; what tables say of whole and noise-free errors, and of results that have none; truths of noise that no view has; kinds of pixels, whose edges begin where closed form says; heads that have turned and moved on.
 """
 
+import contextlib
+import io
 import math
 import shutil
 import tempfile
@@ -15,6 +17,7 @@ import numpy as np
 import pages
 import perceived
 import render_list
+import study_run
 from experiments import moved, where
 from experiments.systems import SYSTEMS
 from PIL import Image
@@ -102,6 +105,19 @@ class Kept(unittest.TestCase):
         self.assertEqual(len(errors), 2, "each eye, once")
         self.assertAlmostEqual(found.known_within_db(errors[0]), (found.decibels(9e-3) - found.decibels(11e-3)) / 2)
         self.assertEqual(found.known_within_db(interval(1e-3, 2e-3)), math.inf)
+
+    def told(self, *entries):
+        out, errors = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
+            study_run.tell_how_well_known({"systems": list(entries), "settings": {"truth_samples": 16}}, "systems/a.json")
+        return out.getvalue(), errors.getvalue()
+
+    def test_a_line_warns_where_they_are_not_known_well_enough(self):
+        close = {"whole": compared("whole", 1e-2, 1e-4)}
+        self.assertEqual(self.told(OLD), ("", ""))
+        self.assertEqual(self.told(close), ("systems/a.json: whole errors known within 0.04 dB (the median of 2), 0.04 dB at most\n", ""))
+        self.assertEqual(self.told(close, close, NEW)[1], "systems/a.json: warning: expected whole errors known within 0.3 dB, found 2 of 6 wider, with 16 samples a pixel "
+                         "of the truth (truth_samples of the preset)\n")
 
 
 class Truths(unittest.TestCase):
