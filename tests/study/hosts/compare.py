@@ -86,7 +86,9 @@ def compare(programs, scene, settings):
                          f"--frame {settings.frame} --variant {settings.variant} --out FOLDER",
               "versions": versions(programs.program, REPOSITORY), "machine": machine(),
               "geometry": geometry, "colour": colour, "seconds": {"embedded": round(middle - start, 1), "mitsuba": round(end - middle, 1)}}
-    (settings.out / f"{scene.stem}.json").write_text(json.dumps(result, indent=1) + "\n")
+    kept = settings.out / "hosts.json"
+    every = json.loads(kept.read_text()) if kept.exists() else {}
+    kept.write_text(json.dumps({**every, scene.stem: result}, indent=1, sort_keys=True) + "\n")
     return result
 
 

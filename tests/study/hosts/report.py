@@ -3,7 +3,7 @@
 
     report.py [--results docs/results/mitsuba] [--page docs/results/mitsuba.md]
 
-hosts/ is compare.py's, near-plane.json near_plane.py's, documentation/ documentation_scene.py's, time.json tests/hosts/time_ratio.py's.
+hosts.json is compare.py's, near-plane.json near_plane.py's, documentation/ documentation_scene.py's, time.json tests/hosts/time_ratio.py's.
 
 A table NAME stands between `<!-- table NAME -->` and `<!-- end -->`; text around markers is left alone.
 """
@@ -56,7 +56,7 @@ def colour(results):
 
 
 def hosts_tables(folder):
-    results = [json.loads(file.read_text()) for file in (folder / "hosts").glob("*.json")]
+    results = list(json.loads((folder / "hosts.json").read_text()).values())
     results.sort(key=lambda r: ORDER.index(r["scene"]) if r["scene"] in ORDER else len(ORDER))
     return {"geometry": geometry(results), "colour": colour(results)}
 
