@@ -91,19 +91,18 @@ void Denoiser::release() {
     for (void*& buffer : buffers_)
         if (buffer != nullptr)
             library.release_buffer(std::exchange(buffer, nullptr));
-    count_ = 0;
 }
 
-/// A filter for blocks of this size, colour and so many guides.
-void Denoiser::prepare(int width, int height, std::size_t count, float exposure) {
-    if (filter_ != nullptr && width == width_ && height == height_ && count == count_ && exposure == exposure_)
+/// A filter for blocks of this size, colour and guides.
+void Denoiser::prepare(const Job& job) {
+    if (filter_ != nullptr && job == job_)
         return;
     release();
     const oidn::Library& library = device_->functions();
-    const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
+    const auto columns = static_cast<std::size_t>(job.width), rows = static_cast<std::size_t>(job.height);
     staging_.resize(columns * rows * 3);
     filter_ = library.new_filter(device_->handle(), "RT");
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < job.images; ++i) {
         buffers_[i] = library.new_buffer(device_->handle(), staging_.size() * sizeof(float));
         device_->check("denoise: memory");
         library.set_filter_image(filter_, image_names[i], buffers_[i], oidn::float3, columns, rows, 0, 0, 0);
@@ -112,18 +111,20 @@ void Denoiser::prepare(int width, int height, std::size_t count, float exposure)
     constexpr int qualities[] = {0, oidn::fast, oidn::balanced, oidn::high};
     library.set_filter_int(filter_, "quality", qualities[static_cast<int>(quality_)]);
     library.set_filter_bool(filter_, "hdr", true);
+    library.set_filter_bool(filter_, "cleanAux", job.filtered_guides);
     library.set_filter_int(filter_, "maxMemoryMB", scratch_mib);
     // Not as the library finds it itself: neighbouring frames, and the blocks of one, are to be treated alike.
-    library.set_filter_float(filter_, "inputScale", exposure);
+    library.set_filter_float(filter_, "inputScale", job.exposure);
     library.commit_filter(filter_);
-    width_ = width, height_ = height, count_ = count, exposure_ = exposure;
+    device_->check("denoise");
+    job_ = job;
 }
 
 void Denoiser::fill(const Blocks& blocks, int block, const FloatImage& image, std::size_t slot, float least,
                     float most) {
     float* to = staging_.data();
-    for (int y = 0; y < height_; ++y)
-        for (int x = 0; x < width_; ++x, to += 3) {
+    for (int y = 0; y < job_.height; ++y)
+        for (int x = 0; x < job_.width; ++x, to += 3) {
             const auto [from_x, from_y] = blocks.pixel(blocks.left(block) + x, blocks.top(block) + y);
             const float* from = image.pixel(from_x, from_y);
             for (int c = 0; c < 3; ++c)
@@ -133,18 +134,17 @@ void Denoiser::fill(const Blocks& blocks, int block, const FloatImage& image, st
 }
 
 void Denoiser::denoise(Frame& frame) {
-    const auto plane = [&](const char* guide, const char* otherwise) -> const FloatImage* {
-        for (const char* name : {guide, otherwise})
-            if (const auto found = frame.planes.find(name); found != frame.planes.end())
-                return &found->second;
-        return nullptr;
+    const auto plane = [&](const char* name) -> const FloatImage* {
+        const auto found = frame.planes.find(name);
+        return found == frame.planes.end() ? nullptr : &found->second;
     };
-    const FloatImage* const albedo = plane("guide_albedo", "albedo");
+    const bool filtered = plane("guide_albedo") != nullptr;
+    const FloatImage* const albedo = plane(filtered ? "guide_albedo" : "albedo");
     // The library takes no normals without albedo.
-    const FloatImage* const normal = albedo != nullptr ? plane("guide_normal", "normal") : nullptr;
+    const FloatImage* const normal = albedo != nullptr ? plane(filtered ? "guide_normal" : "normal") : nullptr;
     const Blocks blocks(frame.info);
-    prepare(blocks.across.size, blocks.down.size, std::size_t{1} + (albedo != nullptr) + (normal != nullptr),
-            static_cast<float>(frame.info.exposure));
+    prepare({blocks.across.size, blocks.down.size, std::size_t{1} + (albedo != nullptr) + (normal != nullptr),
+             static_cast<float>(frame.info.exposure), filtered});
     const oidn::Library& library = device_->functions();
     FloatImage& colour = frame.planes.at("colour");
     if (blocks.count() > 1)
@@ -161,7 +161,7 @@ void Denoiser::denoise(Frame& frame) {
         const int left = blocks.own_left(block), top = blocks.own_top(block);
         for (int y = top; y < top + blocks.down.interior; ++y)
             for (int x = left; x < left + blocks.across.interior; ++x) {
-                const auto at = static_cast<std::size_t>(y - blocks.top(block)) * static_cast<std::size_t>(width_) +
+                const auto at = static_cast<std::size_t>(y - blocks.top(block)) * static_cast<std::size_t>(job_.width) +
                                 static_cast<std::size_t>(x - blocks.left(block));
                 for (std::size_t c = 0; c < 3; ++c) {
                     const float value = staging_[3 * at + c];

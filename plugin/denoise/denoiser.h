@@ -27,14 +27,21 @@ public:
     const std::string& description() const { return description_; }
 
     /// Replaces R, G and B of plane "colour" (linear radiance; A stays). Guides are planes "guide_albedo" and
-    /// "guide_normal" where the frame has them, else "albedo" and "normal", else none. A full circle is seamless, and
-    /// so are its poles. Numbers that are not finite count as 0. Takes the memory of one block, whatever the size; the
-    /// second frame of a size allocates nothing. Throws WorkError.
+    /// "guide_normal" where the frame has them, which are taken to be free of noise; else "albedo" and "normal", else
+    /// none. A full circle is seamless, and so are its poles. Numbers that are not finite count as 0. Takes the memory
+    /// of one block, whatever the size; the second frame of a size allocates nothing. Throws WorkError.
     void denoise(Frame& frame);
 
 private:
     class Blocks;
-    void prepare(int width, int height, std::size_t count, float exposure);
+    struct Job {
+        int width = 0, height = 0;
+        std::size_t images = 0;
+        float exposure = 0;
+        bool filtered_guides = false;
+        bool operator==(const Job&) const = default;
+    };
+    void prepare(const Job& job);
     void release();
     void fill(const Blocks& blocks, int block, const FloatImage& image, std::size_t slot, float least, float most);
 
@@ -45,9 +52,7 @@ private:
     // One block: colour, then guides.
     void* filter_ = nullptr;
     std::array<void*, 3> buffers_{};
-    int width_ = 0, height_ = 0;
-    std::size_t count_ = 0;
-    float exposure_ = 0;
+    Job job_;
     std::vector<float> staging_;
     FloatImage noisy_;  // of a frame of several blocks, whose edges still need it
 };

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""What denoising gains and costs (docs/results/denoise.json, drawn into denoise.svg): whole error and bytes of one sphere of each real scene, as rendered and
-denoised; what shows at the seam; processor time a megapixel.
+"""What denoising gains and costs (docs/results/denoise.json and the tables of denoise.md): whole error and bytes of one sphere of each real scene, as rendered
+and denoised; what shows at the seam; processor time a megapixel.
 
-    denoise.py --bin build/release/bin --work FOLDER [--scenes NAME,...] [--time]          --time with nothing else running
+    denoise.py --bin build/release/bin --work FOLDER [--scenes NAME,...] [--time]          --time with nothing else running; PYTHONPATH=build/release/package
+    denoise.py --page                                                                       the tables alone
 
 The view is the path's own at its first frame, from the sphere's centre, so that nothing but light and look-up counts. Truths are unbiased.
 """
 
 import argparse
 import json
-import os
 import pathlib
 import resource
 import subprocess
@@ -20,13 +20,13 @@ import numpy as np
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(REPOSITORY / "programs/study"))
 from kept import result_text  # noqa: E402
+from pages import error_text, place, table  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
 TRUTH_SAMPLES = {"sponza-crytek": 256, "sibenik": 512, "voxel-city": 256, "kitchen": 384, "san-miguel": 256}
 TRUTH_SEEDS = 101, 102
 SPHERE, VIEW, FOV, CRF, SEED = "1920x960", "640x360", "90", 24, 1
-RENDERED = (4, 8, 16, 32, 64)
-DENOISED = [(quality, samples) for samples in (4, 8, 16, 32) for quality in ("fast", "balanced", "high") if quality == "balanced" or samples == 4]
+SPHERES = [("off", 16), ("off", 32), ("fast", 4), ("balanced", 4), ("high", 4), ("balanced", 8), ("balanced", 16)]
 
 
 class Programs:
@@ -75,7 +75,7 @@ def step_at_seam(programs, sphere):
 def measured(programs, scene, work):
     true = truths(programs, scene, work)
     entries = []
-    for quality, samples in [*(("off", samples) for samples in RENDERED), *DENOISED]:
+    for quality, samples in SPHERES:
         name = f"{quality}-{samples}"
         sphere = rendered(programs, work / name, scene, "--size", SPHERE, "--spp", samples, "--seed", SEED, "--aovs", "none", "--denoise", quality)
         stream = work / f"{name}.mp4"
@@ -95,16 +95,40 @@ def processor_seconds(programs, scene, work):
     return {quality: (seconds - a_frame["off"]) / (1.920 * 0.960) for quality, seconds in a_frame.items() if quality != "off"}
 
 
+def rows(scenes):
+    for name, scene in scenes.items():
+        entries = {(entry["denoise"], entry["samples"]): entry for entry in scene.get("entries", [])}
+        plain = entries.get(("off", 32))
+        for (quality, samples), entry in entries.items():
+            yield [name, "as rendered" if quality == "off" else quality, str(samples), error_text(entry["whole"]), error_text(entry["whole_coded"]),
+                   f"{entry['bytes'] / 1000:.0f}", f"{entry['bytes'] / plain['bytes']:.2f}" if plain else "-", f"{entry['seam']['at_seam'] / max(entry['seam']['beside'], 1e-9):.2f}"]
+
+
+def time_rows(scenes):
+    for name, scene in scenes.items():
+        if seconds := scene.get("processor_s_a_megapixel"):
+            yield [name, *(f"{seconds[quality]:.2f}" for quality in ("fast", "balanced", "high"))]
+
+
+def write_page(file, kept):
+    page = file.read_text()
+    page = place(page, "denoise", "all", table(["scene", "denoised", "samples", "whole error, dB [95 %]", "the same, coded", "kB", "of 32 samples'", "step at the seam, times"], list(rows(kept["scenes"])), 3))
+    file.write_text(place(page, "denoise-time", "all", table(["scene", "fast", "balanced", "high"], list(time_rows(kept["scenes"])), 1)))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bin", type=pathlib.Path, required=True)
-    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--bin", type=pathlib.Path, default=REPOSITORY / "build/release/bin")
+    parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("denoise-work"))
     parser.add_argument("--scenes", default=",".join(TRUTH_SAMPLES))
     parser.add_argument("--time", action="store_true")
+    parser.add_argument("--page", action="store_true")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/denoise.json")
     options = parser.parse_args()
     programs = Programs(options.bin)
     kept = json.loads(options.out.read_text()) if options.out.exists() else {"scenes": {}}
+    if options.page:
+        return write_page(options.out.with_suffix(".md"), kept)
     settings = {"sphere": SPHERE, "view": VIEW, "fov_deg": float(FOV), "crf": CRF, "seed": SEED, "truth_seeds": TRUTH_SEEDS, "frame": 0}
     for name in options.scenes.split(","):
         scene = REPOSITORY / f"scenes/descriptions/{name}.json"

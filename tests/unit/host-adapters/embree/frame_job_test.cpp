@@ -50,6 +50,7 @@ void es_tile_put_surfaces(es_frame*, const es_tile*, const es_surface*) {}
 void es_tile_put_radiance(es_frame*, const es_tile*, const float*) {
     ++plugin.radiance_calls;
 }
+void es_tile_put_guides(es_frame*, const es_tile*, const float*) {}
 
 }  // extern "C"
 
