@@ -76,13 +76,19 @@ public:
     }
 
 private:
-    /// A sequence has one number of samples: each number gets its own.
+    bool accumulates() const { return job_.options.accumulate > 0; }
+
+    /// A sequence of independent frames has one number of samples: each number gets its own.
+    std::filesystem::path folder(std::uint32_t spp) const {
+        return accumulates() ? job_.options.out : job_.options.out / ("spp-" + std::to_string(spp));
+    }
+
     const Stream& stream_of(std::uint32_t spp) {
-        std::vector<Stream>& streams = streams_[spp];
+        std::vector<Stream>& streams = streams_[accumulates() ? 0 : spp];
         if (streams.empty()) {
             RenderOptions options = job_.options;
             options.spp = spp;
-            options.out /= "spp-" + std::to_string(spp);
+            options.out = folder(spp);
             streams = open_streams(options, job_.scene, job_.timeline.path, job_.record);
         }
         return streams.front();
@@ -95,12 +101,15 @@ private:
         FrameTask task;
         task.stream = &stream.settings;
         task.index = order.frame;
+        task.spp = order.spp;
         task.head = order.head.value_or(job_.timeline.path.at(time_s));
-        task.head_previous = task.head_next = task.head;
+        task.head_previous = last_ ? last_->head : task.head;
+        task.head_next = task.head;
+        task.previous_frames = last_ ? static_cast<std::uint32_t>(order.frame - last_->frame) : 1;
         task.stop = &stop_;
         task.paths_traced = [this](std::uint64_t) { stop_ = stop_ || input_.has_ended(); };
         const auto start = Clock::now();
-        host_.move_to({order.frame, time_s, time_s, time_s});
+        host_.move_to({order.frame, last_ ? job_.timeline.time_s(last_->frame) : time_s, time_s, time_s});
         FramePointer frame = begin_frame(stream, task, {time_s});
         task.frame = frame.get();
         host_.render(task);
@@ -109,8 +118,8 @@ private:
         const double render_s = seconds_since(start);
         const auto writing = Clock::now();
         end_frame(std::move(frame));
-        const auto file = job_.options.out / ("spp-" + std::to_string(order.spp)) / stream.settings.name /
-                          frame_file_name(order.frame);
+        last_ = Last{order.frame, task.head};
+        const auto file = folder(order.spp) / stream.settings.name / frame_file_name(order.frame);
         answer({{"frame", order.frame},
                 {"file", file.string()},
                 {"render_s", render_s},
@@ -123,6 +132,11 @@ private:
     LineInput input_;
     std::atomic<bool> stop_ = false;
     std::map<std::uint32_t, std::vector<Stream>> streams_;
+    struct Last {
+        std::int64_t frame;
+        Pose head;
+    };
+    std::optional<Last> last_;  // frame that was answered
 };
 
 }  // namespace

@@ -84,6 +84,11 @@ RenderOptions checked(const Typed& typed) {
         throw InputError(expected_found("--fov", "--camera perspective", "--camera equirect (see --range)"));
     if (!sphere && !typed.range.empty())
         throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
+    if (o.accumulate > 0 && (o.layers || o.patches || o.small_eye))
+        std::fprintf(stderr, "equistream render: note: --accumulate is for the first surfaces; %s stays as rendered\n",
+                     o.layers    ? "--layers"
+                     : o.patches ? "--patches"
+                                 : "--small");
     o.fov_rad = typed.fov_deg * pi / 180;
     if (!typed.range.empty())
         o.range = parse_range(typed.range);
@@ -141,9 +146,13 @@ void add_quality_options(cli::CommandLine& app, Typed& t) {
                    "Take the noise out of colour by Open Image Denoise (pip install pyoidn): quickly or well")
         .one_of(denoise_quality_names)
         .with_default();
+    app.add_option("--accumulate", t.options.accumulate,
+                   "Carry light on from frame to frame: where anything moves, over so many earlier ones at most")
+        .between(0u, 1000u)
+        .with_default();
     app.add_option("--aovs", t.options.aovs,
                    "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before it was denoised; "
-                   "guides: what the denoiser goes by")
+                   "guides: what the denoiser goes by; samples, variance: of what is accumulated")
         .with_default();
 }
 

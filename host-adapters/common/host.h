@@ -42,6 +42,7 @@ struct RenderOptions {
     unsigned threads = 0;  ///< 0: one per processor
     std::string aovs = "all";
     es_denoise denoise = ES_DENOISE_OFF;
+    std::uint32_t accumulate = 0;  ///< earlier frames that count at most where anything moves; 0: none
     bool overwrite = false, single_part = false, json = false;
     bool follow = false;  ///< frames as standard input asks for them
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
@@ -90,8 +91,8 @@ struct StreamSettings {
     std::string name;  ///< sub-folder
     es_eye eye = ES_EYE_CENTRE;
     cli::Size size;
-    std::string aovs;  ///< "none": colour alone is wanted
-    std::uint32_t spp = 64;
+    std::string aovs;        ///< what a host answers; "none": colour alone
+    std::uint32_t spp = 64;  ///< of every frame, where they are not accumulated
     es_layer layer = ES_LAYER_FIRST;
     /// Set: an atlas of patches around the sphere that `size` is of; its slots differ from frame to frame.
     std::optional<PatchAtlas> patches{};
@@ -110,6 +111,8 @@ struct FrameTask {
     es_frame* frame = nullptr;
     const StreamSettings* stream = nullptr;
     std::int64_t index = 0;
+    std::uint32_t spp = 64;                           ///< samples a pixel; tiles know their own
+    std::uint32_t previous_frames = 1;                ///< how many frames ago head_previous is
     Pose head_previous, head, head_next;              ///< at the path's ends a neighbour repeats `head`
     const std::atomic<bool>* stop = nullptr;          ///< set: leave the frame unfinished and return
     std::function<void(std::uint64_t)> paths_traced;  ///< called by any thread, now and then

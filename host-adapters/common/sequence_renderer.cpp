@@ -23,6 +23,8 @@ void SequenceRenderer::run() {
     if (report_.frames_kept > 0)
         std::fprintf(stderr, "equistream render: %lld of %lld frames are finished and kept\n",
                      static_cast<long long>(report_.frames_kept), static_cast<long long>(frames_in_all()));
+    if (report_.frames_kept > 0 && report_.frames_kept < frames_in_all() && job_.options.accumulate > 0)
+        std::fprintf(stderr, "equistream render: note: --accumulate begins anew after frames that are kept\n");
     const auto start = Clock::now();
     try {
         for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
@@ -87,6 +89,7 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
     FrameTask task;
     task.stream = &stream.settings;
     task.index = index;
+    task.spp = stream.settings.spp;
     const FrameTimes times = job_.timeline.times(index);
     task.head_previous = job_.timeline.path.at(times.previous_s);
     task.head = job_.timeline.path.at(times.now_s);

@@ -51,6 +51,9 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     return s;
 }
 
+/// What the plugin needs of a host to accumulate, beside what the user wants.
+constexpr const char* aovs_to_accumulate = "depth,motion,normal,ids,specular,virtual";
+
 Stream open_stream(es_sequence_settings settings, const std::filesystem::path& out, StreamSettings stream) {
     const std::string folder = (out / stream.name).string();
     stream.denoised = settings.denoise != ES_DENOISE_OFF;
@@ -70,6 +73,8 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
     es_error error{};
     es_sequence* sequence = nullptr;
     check(es_sequence_open(&settings, &sequence, &error), error);
+    if (settings.accumulate_frames > 0)
+        stream.aovs = (stream.aovs == "none" ? "" : stream.aovs + ",") + aovs_to_accumulate;
     return {std::move(stream), SequencePointer(sequence)};
 }
 
@@ -89,9 +94,11 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     settings.tile_side = record.tile_side;
     settings.command = record.command.c_str();
     std::vector<Stream> streams;
+    settings.accumulate_frames = options.accumulate;
     for (const es_eye eye : options.eyes)
         streams.push_back(
             open_stream(settings, options.out, {eye_name(eye), eye, options.size, options.aovs, options.spp}));
+    settings.accumulate_frames = 0;
     if (options.layers)
         streams.push_back(
             open_stream(settings, options.out,
@@ -121,6 +128,8 @@ FramePointer begin_frame(const Stream& stream, const FrameTask& task, const Fram
     settings.head = to_es_pose(task.head);
     settings.head_previous = to_es_pose(task.head_previous);
     settings.head_next = to_es_pose(task.head_next);
+    settings.spp = task.spp == stream.settings.spp ? 0 : task.spp;
+    settings.previous_frames = task.previous_frames;
     es_error error{};
     es_frame* frame = nullptr;
     check(es_frame_begin(stream.sequence.get(), &settings, &frame, &error), error);

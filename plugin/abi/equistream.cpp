@@ -18,6 +18,12 @@ FrameInfo frame_info(const SequenceWriter& sequence, const FrameSettings& settin
     info.time_s = settings.time_s;
     info.head = settings.head;
     info.camera_pose = camera;
+    if (settings.spp != 0 && settings.spp != info.samples_per_pixel) {
+        if (info.accumulated_frames == 0)
+            throw InputError(expected_found("es_frame_settings.spp", "0 in a sequence of independent frames",
+                                            std::to_string(settings.spp)));
+        info.samples_per_pixel = settings.spp;
+    }
     if (const auto wrong = position_mismatch(camera.position_m))
         throw InputError(expected_found("es_frame_settings.head: the eye's position", wrong->expected, wrong->found));
     if (!info.patches) {
@@ -41,15 +47,25 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.head_radius_m, shared.ipd_m)};
     const FrameInfo info = frame_info(*handle.shared, settings, poses.here);
     std::vector<std::string> planes = handle.shared->manifest().planes;
-    std::erase(planes, "raw");
+    for (const char* ours : {"raw", "samples", "variance"})
+        std::erase(planes, ours);
+    std::vector<std::uint32_t> tile_samples;
+    if (handle.history) {
+        for (const char* needed : history_planes)
+            if (std::ranges::find(planes, needed) == planes.end())
+                planes.emplace_back(needed);
+        tile_samples = handle.history->samples_by_tile(info, handle.tiles.tile_side);
+    }
     const bool guides = handle.denoiser != nullptr || std::ranges::find(planes, "guide_albedo") != planes.end();
     return new es_frame{handle.shared,
                         handle.denoiser,
+                        handle.history,
+                        {settings.index - std::int64_t{settings.previous_frames}, poses.previous},
                         info,
                         FrameRays(info),
                         Film(info, poses,
-                             {shared.samples_per_pixel, planes, guides, handle.tiles.tile_side,
-                              handle.tiles.hidden_layer || info.patches}),
+                             {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr,
+                              guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches}),
                         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
                         {},
                         {},
@@ -139,6 +155,17 @@ Image<T> copied(const es_plane& plane, int width, int height) {
     return image;
 }
 
+/// What is not asked for goes.
+void accumulate(const es_frame& frame, Frame& finished) {
+    frame.history->accumulate(finished, frame.before);
+    const std::vector<std::string>& planes = frame.sequence->manifest().planes;
+    const auto is_unwanted = [&](const auto& plane) {
+        return std::ranges::find(planes, plane.first) == planes.end() && !plane.first.starts_with("guide_");
+    };
+    std::erase_if(finished.planes, is_unwanted);
+    std::erase_if(finished.ids, is_unwanted);
+}
+
 /// What is not asked for goes; pixels that nobody answered for are padded anew.
 void denoise(const es_frame& frame, Frame& finished) {
     const std::vector<std::string>& planes = frame.sequence->manifest().planes;
@@ -220,9 +247,9 @@ uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_
     guarded(nullptr, [&] {
         if (!usable(frame, tile, rays, "es_tile_colour_rays"))
             return;
-        if (sample >= frame->info.samples_per_pixel)
+        if (sample >= frame->film.passes_of(tile->id))
             keep_misuse(frame, expected_found("es_tile_colour_rays: sample",
-                                              "below " + std::to_string(frame->info.samples_per_pixel),
+                                              "below " + std::to_string(frame->film.passes_of(tile->id)),
                                               std::to_string(sample)));
         else
             count = fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_colour_rays"), rays,
@@ -243,7 +270,7 @@ void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgb
         if (usable(frame, tile, rgba, "es_tile_put_radiance") &&
             !frame->film.add_radiance(pixels_of(*frame, *tile, "es_tile_put_radiance"), rgba))
             keep_misuse(frame, expected_found("es_tile_put_radiance: tile " + std::to_string(tile->id),
-                                              std::to_string(frame->info.samples_per_pixel) + " passes", "one more"));
+                                              std::to_string(frame->film.passes_of(tile->id)) + " passes", "one more"));
     });
 }
 
@@ -252,7 +279,7 @@ void es_tile_put_guides(es_frame* frame, const es_tile* tile, const float* guide
         if (usable(frame, tile, guides, "es_tile_put_guides") && frame->film.takes_guides() &&
             !frame->film.add_guides(pixels_of(*frame, *tile, "es_tile_put_guides"), guides))
             keep_misuse(frame, expected_found("es_tile_put_guides: tile " + std::to_string(tile->id),
-                                              std::to_string(frame->info.samples_per_pixel) + " passes", "one more"));
+                                              std::to_string(frame->film.passes_of(tile->id)) + " passes", "one more"));
     });
 }
 
@@ -287,6 +314,8 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
         Frame finished;
         finished.info = frame->info;
         frame->film.finish(finished);
+        if (frame->history)
+            accumulate(*frame, finished);
         if (frame->denoiser)
             denoise(*frame, finished);
         frame->sequence->write(finished, frame->film.left_out_samples());
@@ -313,7 +342,9 @@ es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** s
             throw InputError(expected_found("es_sequence_open: sequence", "a pointer", "NULL"));
         std::shared_ptr<Denoiser> denoiser = checked_denoiser(settings);
         *sequence = new es_sequence{std::make_shared<SequenceWriter>(checked_settings(settings, denoiser.get())),
-                                    checked_tile_settings(settings), std::move(denoiser)};
+                                    checked_tile_settings(settings), std::move(denoiser), nullptr};
+        if (const std::uint32_t frames = (*sequence)->shared->manifest().shared.accumulated_frames; frames > 0)
+            (*sequence)->history = std::make_shared<History>(frames);
     });
 }
 

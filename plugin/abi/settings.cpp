@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t max_samples = 1u << 20;
 constexpr std::uint32_t max_threads = 4096;
+constexpr std::uint32_t max_accumulated_frames = 1000;
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -191,7 +192,17 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
         info.denoiser = denoiser->description();
     require(denoiser != nullptr || std::ranges::find(checked.manifest.planes, "raw") == checked.manifest.planes.end(),
             "aovs", "raw only where colour is denoised", "raw");
-    const std::string layer = checked_tile_settings(settings).hidden_layer ? " hidden layer" : "";
+    const bool hidden_layer = checked_tile_settings(settings).hidden_layer;
+    require(s.accumulate_frames <= max_accumulated_frames, "accumulate_frames",
+            "at most " + std::to_string(max_accumulated_frames), std::to_string(s.accumulate_frames));
+    require(s.accumulate_frames == 0 || (!hidden_layer && !info.patches), "accumulate_frames",
+            "0 in a hidden layer and in an atlas of patches", std::to_string(s.accumulate_frames));
+    info.accumulated_frames = s.accumulate_frames;
+    for (const char* plane : {"samples", "variance"})
+        require(s.accumulate_frames > 0 ||
+                    std::ranges::find(checked.manifest.planes, plane) == checked.manifest.planes.end(),
+                "aovs", std::string(plane) + " only where frames are accumulated", plane);
+    const std::string layer = hidden_layer ? " hidden layer" : "";
     checked.manifest.fingerprint =
         sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + layer);
     return checked;
@@ -211,12 +222,17 @@ FrameSettings checked_settings(const es_frame_settings* settings) {
     const es_frame_settings s = whole_struct(settings, "es_frame_settings", frame_settings_sizes);
     require(s.index >= 0 && s.index <= max_frame_index, "index", "0 to " + std::to_string(max_frame_index),
             std::to_string(s.index));
+    require(s.spp <= max_samples, "spp", "at most " + std::to_string(max_samples), std::to_string(s.spp));
+    require(s.previous_frames <= std::uint32_t{max_frame_index}, "previous_frames",
+            "at most " + std::to_string(max_frame_index), std::to_string(s.previous_frames));
     return {s.index,
             checked_number("time_s", s.time_s, -max_time_s, max_time_s),
             checked_pose("head_previous", s.head_previous),
             checked_pose("head", s.head),
             checked_pose("head_next", s.head_next),
-            checked_slots(s)};
+            checked_slots(s),
+            s.spp,
+            std::max(s.previous_frames, std::uint32_t{1})};
 }
 
 }  // namespace equistream

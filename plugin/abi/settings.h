@@ -10,6 +10,7 @@
 #include <plugin/film/film.h>
 #include <plugin/film/hidden_layer.h>
 #include <plugin/film/rays.h>
+#include <plugin/history/history.h>
 
 #include <memory>
 #include <mutex>
@@ -37,6 +38,8 @@ struct FrameSettings {
     double time_s = 0;
     Pose head_previous, head, head_next;
     std::vector<PatchAtlas::Slot> slots;  ///< of an atlas
+    std::uint32_t spp = 0;                ///< 0: the sequence's
+    std::uint32_t previous_frames = 1;    ///< how many frames ago head_previous is
 };
 
 /// Throws InputError.
@@ -47,8 +50,10 @@ FrameSettings checked_settings(const es_frame_settings* settings);
 /// Ascending, today's last. When a field is appended to a struct, that field's offset goes before the last.
 inline constexpr std::size_t sequence_settings_sizes[] = {
     offsetof(es_sequence_settings, geometry_fingerprint), offsetof(es_sequence_settings, layer),
-    offsetof(es_sequence_settings, patch_side), offsetof(es_sequence_settings, denoise), sizeof(es_sequence_settings)};
-inline constexpr std::size_t frame_settings_sizes[] = {offsetof(es_frame_settings, patches), sizeof(es_frame_settings)};
+    offsetof(es_sequence_settings, patch_side),           offsetof(es_sequence_settings, denoise),
+    offsetof(es_sequence_settings, accumulate_frames),    sizeof(es_sequence_settings)};
+inline constexpr std::size_t frame_settings_sizes[] = {offsetof(es_frame_settings, patches),
+                                                       offsetof(es_frame_settings, spp), sizeof(es_frame_settings)};
 inline constexpr std::size_t plane_sizes[] = {sizeof(es_plane)};
 
 static_assert(sizeof(void*) != 8 ||
@@ -63,11 +68,14 @@ struct es_sequence {
     std::shared_ptr<equistream::SequenceWriter> shared;
     equistream::TileSettings tiles;
     std::shared_ptr<equistream::Denoiser> denoiser;  ///< null where nothing is denoised
+    std::shared_ptr<equistream::History> history;    ///< null where frames are independent
 };
 
 struct es_frame {
     std::shared_ptr<equistream::SequenceWriter> sequence;
     std::shared_ptr<equistream::Denoiser> denoiser;
+    std::shared_ptr<equistream::History> history;
+    equistream::History::Before before;
     equistream::FrameInfo info;
     equistream::FrameRays rays;
     equistream::Film film;

@@ -160,6 +160,8 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
         out.text("equistream:geometry", info.geometry_fingerprint);
     if (!info.denoiser.empty())
         out.text("equistream:denoiser", info.denoiser);
+    if (info.accumulated_frames > 0)
+        out.text("equistream:accumulatedFrames", std::to_string(info.accumulated_frames));
     if (info.patches)
         write_patches(out, *info.patches);
     write_conventions(out);
@@ -207,6 +209,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
         info.geometry_fingerprint = in.short_text("equistream:geometry");
     if (in.has("equistream:denoiser"))
         info.denoiser = in.short_text("equistream:denoiser");
+    if (in.has("equistream:accumulatedFrames"))
+        info.accumulated_frames = in.decimal<std::uint32_t>("equistream:accumulatedFrames");
     if (info.patches) {
         const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
         if (!sphere)

@@ -183,6 +183,8 @@ json to_json(const Manifest& manifest) {
                      {"fingerprint", manifest.fingerprint}};
     if (!info.denoiser.empty())
         document["denoiser"] = info.denoiser;
+    if (info.accumulated_frames > 0)
+        document["accumulated_frames"] = info.accumulated_frames;
     if (info.patches)
         document["patches"] = patches_to_json(*info.patches);
     if (manifest.single_part)
@@ -218,6 +220,8 @@ Manifest from_json(const json& document, const std::string& where) {
         info.geometry_fingerprint = in.text("geometry_fingerprint");
     if (document.contains("denoiser"))
         info.denoiser = in.text("denoiser");
+    if (document.contains("accumulated_frames"))
+        info.accumulated_frames = in.whole<std::uint32_t>("accumulated_frames", 0, 0xffffffffu);
     if (document.contains("patches"))
         info.patches = patches_from_json(in.section("patches"), info.camera);
     for (const json& plane : in.at("planes")) {
@@ -256,7 +260,11 @@ struct Setting {
 /// In an order that tells the plainest difference first.
 std::vector<Setting> settings_of(const FrameInfo& info) {
     const std::string size = size_text(width_of(info.camera), height_of(info.camera));
-    const std::string samples = std::to_string(info.samples_per_pixel), seed = std::to_string(info.seed);
+    // Frames that are accumulated may each have their own number.
+    const std::string samples = info.accumulated_frames > 0
+                                    ? "accumulated over " + std::to_string(info.accumulated_frames) + " frames"
+                                    : std::to_string(info.samples_per_pixel);
+    const std::string seed = std::to_string(info.seed);
     const std::string camera = camera_to_json(info.camera).dump(), host = "\"" + info.host + "\"";
     const std::string patches = info.patches ? patches_to_json(*info.patches).dump() : "none";
     return {{size + " pixels", size}, {"camera " + camera, camera}, {"spp " + samples, samples},

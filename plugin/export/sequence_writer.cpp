@@ -16,7 +16,7 @@
 namespace equistream {
 namespace {
 
-constexpr const char* not_denoised = "off";
+constexpr const char* off = "off";
 
 /// Everything that decides pixels, by the name a host knows it by.
 std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifest& manifest) {
@@ -39,7 +39,8 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
         {"scene_name", "\"" + info.scene + "\""},
         {"host_name", "\"" + info.host + "\""},
         {"geometry_fingerprint", "\"" + info.geometry_fingerprint + "\""},
-        {"denoise", info.denoiser.empty() ? not_denoised : "\"" + info.denoiser + "\""}};
+        {"denoise", info.denoiser.empty() ? off : "\"" + info.denoiser + "\""},
+        {"accumulate", info.accumulated_frames == 0 ? off : std::to_string(info.accumulated_frames)}};
     if (const auto* sphere = std::get_if<EquirectCamera>(&info.camera)) {
         const LongitudeLatitudeRange& range = sphere->range;
         list.emplace_back("longitudes", in_words(range.longitude_min) + " to " + in_words(range.longitude_max));
@@ -58,7 +59,7 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
 std::string sequence_fingerprint(const Manifest& manifest, const std::string& of_host) {
     std::string text = of_host;
     for (const auto& [name, value] : deciding_settings(manifest))
-        if (value != not_denoised)  // as those before there was a denoiser
+        if (value != off)  // as before there was a denoiser, and a history
             text += std::string("\n") + name + "=" + value;
     std::uint64_t hash = 0xcbf29ce484222325ull;
     for (const char c : text)

@@ -1,5 +1,7 @@
 #include "film.h"
 
+#include <equistream/rec709.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -89,7 +91,8 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
     : closes_(columns_close(info.camera) && !info.patches), width_(picture_width(info)), height_(picture_height(info)),
       tile_side_(settings.tile_side), tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
       tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side_ - 1) / tile_side_)),
-      samples_per_pixel_(settings.samples_per_pixel), takes_guides_(settings.guides),
+      samples_per_pixel_(settings.samples_per_pixel), tile_samples_(std::move(settings.tile_samples)),
+      takes_variance_(settings.variance), takes_guides_(settings.guides),
       backward_(info.camera, poses.here, poses.previous), forward_(info.camera, poses.here, poses.next),
       plane_names_(std::move(settings.planes)), has_holes_(settings.has_holes) {}
 
@@ -98,6 +101,8 @@ void Film::start_film() {
     progress_.resize(tile_count_);
     radiance_sum_ = FloatImage(width_, height_, 4);
     left_out_ = IdImage(width_, height_, 1);
+    if (takes_variance_)
+        square_sum_ = Image<double>(width_, height_, 1);
     if (takes_guides_)
         guide_sum_ = FloatImage(width_, height_, 6);
     if (has_holes_)
@@ -122,7 +127,7 @@ es_tile Film::tile(std::uint32_t id) const {
     tile.width = std::min(tile_side_, width_ - tile.x);
     tile.height = std::min(tile_side_, height_ - tile.y);
     tile.pixel_count = static_cast<std::uint32_t>(tile.width * tile.height);
-    tile.sample_count = samples_per_pixel_;
+    tile.sample_count = passes_of(id);
     return tile;
 }
 
@@ -216,16 +221,21 @@ void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
 
 bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     TileProgress& progress = progress_[pixels.tile.id];
-    if (progress.colour_passes >= samples_per_pixel_)
+    if (progress.colour_passes >= passes_of(pixels.tile.id))
         return false;
     ++progress.colour_passes;
     mark_answered(pixels);
     const auto add = [this](const float* sample, float* sum, int x, int y) {
-        if (!is_finite(sample, 4))
+        if (!is_finite(sample, 4)) {
             ++*left_out_.pixel(x, y);
-        else
-            for (int c = 0; c < 4; ++c)
-                sum[c] += sample[c];
+            return;
+        }
+        for (int c = 0; c < 4; ++c)
+            sum[c] += sample[c];
+        if (takes_variance_) {
+            const double level = luminance(vector3(sample));
+            *square_sum_.pixel(x, y) += level * level;
+        }
     };
     if (pixels.listed != nullptr) {
         for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4) {
@@ -246,7 +256,7 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
 
 bool Film::add_guides(const TilePixels& pixels, const float* guides) {
     TileProgress& progress = progress_[pixels.tile.id];
-    if (!takes_guides_ || progress.guide_passes >= samples_per_pixel_)
+    if (!takes_guides_ || progress.guide_passes >= passes_of(pixels.tile.id))
         return false;
     ++progress.guide_passes;
     for (std::uint32_t i = 0; i < pixels.count(); ++i, guides += 6) {
@@ -277,10 +287,11 @@ std::optional<std::string> Film::missing() const {
     std::size_t without_colour = tile_count_;
     std::size_t without_surfaces = tile_count_, without_guides = tile_count_;
     bool any_guides = false;
-    for (const TileProgress& progress : progress_) {
-        without_colour -= progress.colour_passes == samples_per_pixel_;
+    for (std::uint32_t tile = 0; tile < progress_.size(); ++tile) {
+        const TileProgress& progress = progress_[tile];
+        without_colour -= progress.colour_passes == passes_of(tile);
         without_surfaces -= progress.surfaces;
-        without_guides -= progress.guide_passes == samples_per_pixel_;
+        without_guides -= progress.guide_passes == passes_of(tile);
         any_guides |= progress.guide_passes > 0;
     }
     std::vector<std::string> names = plane_names_;
@@ -297,18 +308,29 @@ std::optional<std::string> Film::missing() const {
     return std::nullopt;
 }
 
-FloatImage Film::averaged_colour() const {
+void Film::average_colour() {
     FloatImage colour(width_, height_, 4);
-    const auto sums = radiance_sum_.samples();
-    const auto left_out = left_out_.samples();
-    const auto means = colour.samples();
-    for (std::size_t pixel = 0; pixel < left_out.size(); ++pixel) {
-        const std::uint32_t count = samples_per_pixel_ - left_out[pixel];
-        const float weight = count > 0 ? 1 / static_cast<float>(count) : 0.0f;
-        for (std::size_t c = 0; c < 4; ++c)
-            means[4 * pixel + c] = sums[4 * pixel + c] * weight;
+    FloatImage counts(takes_variance_ ? width_ : 0, height_, 1), variance(counts);
+    for (int y = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x) {
+            const std::uint32_t count = passes_of(tile_at(x, y)) - *left_out_.pixel(x, y);
+            const float weight = count > 0 ? 1 / static_cast<float>(count) : 0.0f;
+            const float* sum = radiance_sum_.pixel(x, y);
+            for (int c = 0; c < 4; ++c)
+                colour.pixel(x, y)[c] = sum[c] * weight;
+            if (!takes_variance_)
+                continue;
+            *counts.pixel(x, y) = static_cast<float>(count);
+            const double mean = luminance(vector3(sum)) * double(weight);
+            const double squares = *square_sum_.pixel(x, y) - mean * mean * count;
+            if (count > 1)
+                *variance.pixel(x, y) = static_cast<float>(std::max(squares, 0.0) / (double(count) * (count - 1)));
+        }
+    real_["colour"] = std::move(colour);
+    if (takes_variance_) {
+        real_["samples"] = std::move(counts);
+        real_["variance"] = std::move(variance);
     }
-    return colour;
 }
 
 void Film::finish_guides() {
@@ -318,11 +340,12 @@ void Film::finish_guides() {
         if (whole_.contains(guide_names[guide]))
             continue;
         FloatImage mean(width_, height_, 3);
-        const float weight = 1 / static_cast<float>(samples_per_pixel_);
         for (int y = 0; y < height_; ++y)
-            for (int x = 0; x < width_; ++x)
+            for (int x = 0; x < width_; ++x) {
+                const float weight = 1 / static_cast<float>(passes_of(tile_at(x, y)));
                 for (int c = 0; c < 3; ++c)
                     mean.pixel(x, y)[c] = guide_sum_.pixel(x, y)[3 * guide + c] * weight;
+            }
         real_[guide_names[guide]] = std::move(mean);
     }
 }
@@ -347,7 +370,7 @@ void Film::leave_holes() {
 
 void Film::finish(Frame& frame) {
     if (!whole_.contains("colour"))
-        real_["colour"] = averaged_colour();
+        average_colour();
     finish_guides();
     if (has_holes_)
         leave_holes();

@@ -26,8 +26,12 @@ inline constexpr int default_tile_side = 32;
 
 struct FilmSettings {
     std::uint32_t samples_per_pixel = 1;
-    std::vector<std::string> planes;  ///< names of the AOV catalogue, colour among them; "raw" is not the film's
-    bool guides = false;              ///< a denoiser's guides are taken, where a host has them, asked for or not
+    std::vector<std::string>
+        planes;  ///< names of the AOV catalogue, colour among them; "raw", "samples", "variance" are not asked for
+    /// By tile: colour passes; empty: samples_per_pixel for each.
+    std::vector<std::uint32_t> tile_samples{};
+    bool variance = false;  ///< planes "samples" and "variance" are made of what tiles bring
+    bool guides = false;    ///< a denoiser's guides are taken, where a host has them, asked for or not
     int tile_side = default_tile_side;
     bool has_holes = false;  ///< pixels that nobody answers for are no part of the picture (finish)
 };
@@ -70,6 +74,10 @@ public:
     void put_plane(const std::string& name, IdImage image);
     bool wants(const std::string& name) const;
     const std::vector<std::string>& planes() const { return plane_names_; }
+    /// Colour passes of a tile.
+    std::uint32_t passes_of(std::uint32_t tile) const {
+        return tile_samples_.empty() ? samples_per_pixel_ : tile_samples_[tile];
+    }
     bool takes_guides() const { return takes_guides_; }
     /// Where `finish` padded colour: 0 there; null where it did not.
     const ByteImage* padded() const { return answered_.empty() || whole_.contains("colour") ? nullptr : &answered_; }
@@ -78,8 +86,9 @@ public:
     std::optional<std::string> missing() const;
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
-    /// Moves the planes into `frame`, averaging colour. In holes alpha is 0, depth NaN and colour extrapolated from
-    /// around them, but for planes that were handed over whole.
+    /// Moves the planes into `frame`, averaging colour. "variance" is that of the mean's luminance, 0 of one sample. In
+    /// holes alpha is 0, depth NaN and colour extrapolated from around them, but for planes that were handed over
+    /// whole.
     void finish(Frame& frame);
 
 private:
@@ -88,9 +97,12 @@ private:
         bool surfaces = false;
     };
     es_tile tile(std::uint32_t id) const;
+    std::uint32_t tile_at(int x, int y) const {
+        return static_cast<std::uint32_t>(y / tile_side_) * tiles_across_ + static_cast<std::uint32_t>(x / tile_side_);
+    }
     void start_film();
     void mark_answered(const TilePixels& pixels);
-    FloatImage averaged_colour() const;
+    void average_colour();
     void finish_guides();
     void leave_holes();
     float* real_target(const std::string& name);
@@ -103,7 +115,8 @@ private:
     std::uint32_t tiles_across_;
     std::uint32_t tile_count_;
     std::uint32_t samples_per_pixel_;
-    bool takes_guides_;
+    std::vector<std::uint32_t> tile_samples_;
+    bool takes_variance_, takes_guides_;
     Motion backward_;
     Motion forward_;
     std::vector<std::string> plane_names_;
@@ -117,7 +130,8 @@ private:
     ByteImage answered_;  ///< where pixels may be holes: 1 where one had an answer
     std::vector<TileProgress> progress_;
     FloatImage radiance_sum_, guide_sum_;
-    IdImage left_out_;  ///< colour samples that were not finite, per pixel
+    Image<double> square_sum_;  ///< of luminance
+    IdImage left_out_;          ///< colour samples that were not finite, per pixel
 };
 
 // Pixels that nobody looks at, coloured so that a picture codes well.

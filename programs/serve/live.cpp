@@ -264,6 +264,9 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")
         .one_of(denoise_quality_names)
         .with_default();
+    add("--accumulate", o.accumulate, "Carry light on from sphere to sphere, as render does")
+        .between(0u, 1000u)
+        .with_default();
     add("--rate", s.spheres_per_s, "Spheres a second to keep up with; more where there is time").with_default();
     add("--path", o.path, "Path (CSV) of the head until a viewer moves, instead of the scene's");
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
@@ -303,6 +306,8 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
                           "--progress", "none",       "--denoise", options.denoise};
     if (!options.path.empty())
         settings.arguments.insert(settings.arguments.end(), {"--path", options.path});
+    if (options.accumulate > 0)
+        settings.arguments.insert(settings.arguments.end(), {"--accumulate", std::to_string(options.accumulate)});
     if (options.threads > 0)
         settings.arguments.insert(settings.arguments.end(), {"--threads", std::to_string(options.threads)});
     settings.arguments.insert(settings.arguments.end(), more.begin(), more.end());

@@ -45,6 +45,7 @@ LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, asio::ip::t
 struct LiveOptions {
     std::string host = "embree", size = "480x240", path, depth = "auto", denoise = "off";
     unsigned threads = 0;
+    std::uint32_t accumulate = 0;
     LiveSettings settings;  ///< all but the program and its arguments, and whether there is depth
 };
 

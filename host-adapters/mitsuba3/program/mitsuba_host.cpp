@@ -67,7 +67,8 @@ std::vector<SensorRequest> sensor_requests(const RenderOptions& options) {
 /// What is asked for of the AOV integrator, and ids besides: they tell the sun's disc from surfaces.
 std::string aovs_to_render(const RenderOptions& options) {
     std::string groups;
-    for (const std::string& plane : parse_aov_groups(options.aovs))
+    const std::string wanted = options.accumulate > 0 ? "all" : options.aovs;
+    for (const std::string& plane : parse_aov_groups(wanted))
         if (const AovInfo aov = *find_aov(plane); aov.in_all && plane != "colour")
             groups += std::string(aov.group) + ",";
     return groups.empty() ? "none" : groups + "ids";
@@ -178,10 +179,10 @@ void MitsubaHost::render_planes(const FrameTask& task) {
     const auto most =
         static_cast<std::uint32_t>(std::max<std::uint64_t>(1, samples_of_a_pass(engine_->variant()) / stream.pixels()));
     std::uint32_t pass = 0;
-    for (std::uint32_t done = 0; done < stream.spp; ++pass) {
+    for (std::uint32_t done = 0; done < task.spp; ++pass) {
         if (*task.stop)
             return;
-        const std::uint32_t samples = std::min(most, stream.spp - done);
+        const std::uint32_t samples = std::min(most, task.spp - done);
         const auto start = Clock::now();
         const bool geometry = pass == 0 && stream.wants_geometry();
         const PassResult result = source_->scene().render(

@@ -54,6 +54,8 @@ inline constexpr std::string_view virtual_forward[] = {"virtual_forward.u", "vir
 inline constexpr std::string_view guide_albedo[] = {"guide_albedo.R", "guide_albedo.G", "guide_albedo.B"};
 inline constexpr std::string_view guide_normal[] = {"guide_normal.X", "guide_normal.Y", "guide_normal.Z"};
 inline constexpr std::string_view raw[] = {"raw.R", "raw.G", "raw.B"};
+inline constexpr std::string_view samples[] = {"samples"};
+inline constexpr std::string_view variance[] = {"variance"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -89,6 +91,10 @@ inline constexpr AovInfo aov_table[] = {
      "mean of those surfaces' normals, world space; 0 for the sky", false},
     {"raw", "raw", aov_channels::raw, SampleType::half, true, "radiance", "colour as it was before it was denoised",
      false},
+    {"samples", "samples", aov_channels::samples, SampleType::real, true, "",
+     "independent colour samples that the mean over this frame and earlier ones is worth", false},
+    {"variance", "variance", aov_channels::variance, SampleType::real, true, "radiance^2",
+     "of that mean's luminance, as estimated; of no meaning where samples is 0", false},
 };
 
 /// All planes, colour first.

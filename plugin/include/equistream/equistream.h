@@ -56,7 +56,7 @@ typedef struct es_sequence_settings {
     double frames_per_second;
     double exposure;
     const char* output_dir;  /* the sequence's folder, made if missing */
-    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none"; "raw", "guides" (aov.h) */
+    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none"; others by name (aov.h) */
     const char* scene_name;  /* for the record; UTF-8, at most 255 bytes */
     const char* host_name;   /* renderer, version, build: no other adds to its frames; UTF-8, at most 255 bytes */
     const char* command;     /* for the manifest; may be NULL */
@@ -77,6 +77,13 @@ typedef struct es_sequence_settings {
      * es_tile_put_guides, or planes "guide_albedo" and "guide_normal", else "albedo" and "normal". */
     es_denoise denoise;
     uint32_t denoise_threads; /* of the denoiser, where it computes on a CPU; 0: one a processor */
+    /* Above 0, at most 1,000: each frame's colour is the mean over the frames before it as well, which exact motion
+     * finds again; where anything moved, so many earlier frames count at most. A frame goes on from the one that was
+     * ended last if its head_previous is where the head was then, and it says how many frames ago that is. Any other
+     * begins anew. Tiles get more samples or fewer, so that they are where they are needed, spp on average. Planes
+     * must be finished that such a mean needs, wanted or not: groups depth, motion, normal, ids, specular, virtual.
+     * Groups "samples" and "variance" tell how good it is. No hidden layer, no atlas. */
+    uint32_t accumulate_frames;
 } es_sequence_settings;
 
 /* What a slot of an atlas shows: a block of one auxiliary sphere. */
@@ -92,6 +99,8 @@ typedef struct es_frame_settings {
     es_pose head_previous, head, head_next; /* a missing neighbour: repeat `head` (zero camera motion) */
     const es_patch* patches;                /* of an atlas: its slots, row by row; borrowed until the call returns */
     size_t patch_count;
+    uint32_t spp;             /* of this frame, where frames are accumulated; 0: the sequence's */
+    uint32_t previous_frames; /* how many frames ago head_previous, and positions "previous", are; 0: 1 */
 } es_frame_settings;
 
 /* A rectangle of pixels to render. Filled by es_frame_next_tile; treat as read-only. */

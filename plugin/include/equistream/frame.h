@@ -46,6 +46,8 @@ struct FrameInfo {
     std::string geometry_fingerprint;
     /// Library, version and quality that took the noise out of colour; empty: as rendered. At most max_name_bytes.
     std::string denoiser;
+    /// Above 0: colour is a mean over earlier frames too, at most so many where anything moved.
+    std::uint32_t accumulated_frames = 0;
     /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
     std::optional<PatchAtlas> patches;
     /// Of a depth track's picture only. Not written to EXR files.

@@ -1,0 +1,286 @@
+#include "history.h"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace equistream {
+namespace {
+
+/// Of a half float, as files hold it. Sums of its square still tell other pixels' variance apart.
+constexpr float brightest = 65504;
+/// Frames that the quick mean is over, at most.
+constexpr float recent_frames = 4;
+/// Earlier frames that count where something slides along something else: what a pixel there shows of each changes.
+constexpr float rim_frames = 4;
+/// Pixels around one, in which a change of light is looked for.
+constexpr int radii[] = {3, 10, 31};
+/// Squared standard errors that noise alone never reaches.
+constexpr float noise2 = 16;
+/// Of the level: differences below it are none.
+constexpr float least_change = 0.001f;
+/// Pixels over which a denoiser or an eye takes means: bias weighs so much more than noise.
+constexpr float seen_together = 100;
+
+float brightness(const glm::vec4& colour) {
+    return luminance(glm::vec3(colour));
+}
+
+/// Independent samples that the mean of `a`, weighed `weight_a`, and `b` is worth.
+float worth(float a, float weight_a, float b, float weight_b) {
+    return 1 / (weight_a * weight_a / a + weight_b * weight_b / b);
+}
+
+}  // namespace
+
+void History::resize(const FrameInfo& info) {
+    camera_ = info.camera;
+    width_ = width_of(camera_);
+    height_ = height_of(camera_);
+    closes_ = columns_close(camera_);
+    const auto* sphere = std::get_if<EquirectCamera>(&camera_);
+    constexpr double close = 1e-9;
+    north_pole_ = closes_ && sphere->range.latitude_max >= pi / 2 - close;
+    south_pole_ = closes_ && sphere->range.latitude_min <= -pi / 2 + close;
+    const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+    for (auto& means : means_)
+        means.resize(pixels);
+    for (auto& seen : seen_)
+        seen.resize(pixels);
+    changes_.resize(pixels);
+    row_sums_.resize(pixels);
+    bias2_.resize(pixels);
+}
+
+History::Planes::Planes(const Frame& frame)
+    : colour(frame.planes.at("colour").samples().data()), backward(frame.planes.at("backward").samples().data()),
+      virtual_backward(frame.planes.at("virtual_backward").samples().data()),
+      samples_a_pixel(static_cast<float>(frame.info.samples_per_pixel)) {
+    if (const auto found = frame.planes.find("samples"); found != frame.planes.end()) {
+        samples = found->second.samples().data();
+        variance = frame.planes.at("variance").samples().data();
+    }
+}
+
+History::Fresh History::fresh(const Planes& planes, std::size_t pixel) {
+    Fresh f;
+    const float* rgba = planes.colour + 4 * pixel;
+    if (!std::all_of(rgba, rgba + 4, [](float v) { return std::isfinite(v); }))
+        return f;
+    f.colour = glm::vec4(rgba[0], rgba[1], rgba[2], rgba[3]);
+    f.colour = glm::min(f.colour, glm::vec4(brightest));
+    f.level = brightness(f.colour);
+    f.count = planes.samples == nullptr ? planes.samples_a_pixel : planes.samples[pixel];
+    if (planes.samples != nullptr && f.count > 1) {
+        f.freedom = f.count - 1;
+        f.variance = std::min(planes.variance[pixel] * f.count, brightest * brightest);
+    }
+    return f;
+}
+
+/// How the quick mean, this frame included, differs from the mean before it, and by how much noise lets it.
+History::Change History::change(const Mean& carried, const Fresh& fresh) const {
+    if (carried.count <= 0 || fresh.count <= 0)
+        return {};
+    const float kept = std::min(carried.recent_count, recent_frames * fresh.count);
+    const float weight = fresh.count / (kept + fresh.count);
+    const float level = brightness(carried.colour);
+    const float off = fresh.level - level;
+    const float from_frame =
+        fresh.freedom >= 1 ? fresh.variance : off * off * fresh.count * kept / (kept + fresh.count);
+    return {carried.recent + weight * (fresh.level - carried.recent) - level,
+            std::max(carried.variance, from_frame) / worth(carried.recent_count, 1 - weight, fresh.count, weight),
+            level, 1};
+}
+
+/// Sums of `changes_` over rows of 2 radius + 1 columns into `row_sums_`, then the largest bias that any square shows.
+void History::sum_around(int radius) {
+    struct Sum {
+        double difference = 0, variance = 0, level = 0, count = 0;
+        void add(const Change& c, double sign) {
+            difference += sign * double(c.difference);
+            variance += sign * double(c.variance);
+            level += sign * double(c.level);
+            count += sign * double(c.count);
+        }
+    };
+    const int across = std::min(radius, (width_ - 1) / 2);
+    for_each_row(height_, [&](int y) {
+        Sum sum;
+        const auto add = [&](int x, double sign) {
+            if (const int column = closes_ ? (x + width_) % width_ : x; column >= 0 && column < width_)
+                sum.add(changes_[index(column, y)], sign);
+        };
+        for (int x = -across; x < across; ++x)
+            add(x, 1);
+        for (int x = 0; x < width_; ++x) {
+            add(x + across, 1);
+            row_sums_[index(x, y)] = {static_cast<float>(sum.difference), static_cast<float>(sum.variance),
+                                      static_cast<float>(sum.level), static_cast<float>(sum.count)};
+            add(x - across, -1);
+        }
+    });
+    for_each_row(width_, [&](int x) {
+        Sum sum;
+        const auto add = [&](int y, double sign) {
+            if (y >= 0 && y < height_)
+                sum.add(row_sums_[index(x, y)], sign);
+        };
+        for (int y = 0; y < radius; ++y)
+            add(y, 1);
+        for (int y = 0; y < height_; ++y) {
+            add(y + radius, 1);
+            if (sum.count > 0.5) {
+                const double floor = double(least_change) * sum.level / sum.count;
+                const double difference = sum.difference / sum.count;
+                const double noise = double(noise2) * std::max(sum.variance, 0.0) / (sum.count * sum.count);
+                float& bias2 = bias2_[index(x, y)];
+                bias2 = std::max(bias2, static_cast<float>(difference * difference - noise - floor * floor));
+            }
+            add(y - radius, -1);
+        }
+    });
+}
+
+void History::find_changes() {
+    for (const int radius : radii)
+        sum_around(radius);
+}
+
+/// Both means: which of them lags is not known.
+void History::forget(Mean& carried, float bias2) {
+    if (!(bias2 > 0) || carried.count <= 0)
+        return;
+    const float noise = carried.variance / seen_together;
+    const float kept = noise / (noise + carried.count * bias2);
+    carried.recent_count *= noise / (noise + carried.recent_count * bias2);
+    carried.count *= kept;
+    carried.freedom *= kept;
+}
+
+void History::mix(Mean& carried, const Fresh& fresh, bool rim) const {
+    Mean& m = carried;
+    const float n = fresh.count;
+    if (n <= 0)
+        return;
+    if (m.count <= 0 || m.recent_count <= 0) {
+        m = {fresh.colour, n, fresh.variance, fresh.freedom, fresh.level, n, m.moved};
+        return;
+    }
+    const float most = (rim ? std::min(rim_frames, frames_) : frames_) * n;
+    const float kept = m.moved ? std::min(m.count, most) : m.count;
+    const float weight = n / (kept + n);
+    const float off = fresh.level - brightness(m.colour);
+    const float freedom = m.moved ? std::min(m.freedom, most) : m.freedom;
+    m.variance = (freedom * m.variance + fresh.freedom * fresh.variance + off * off * kept * weight) /
+                 (freedom + fresh.freedom + 1);
+    m.freedom = freedom + fresh.freedom + 1;
+    m.colour += weight * (fresh.colour - m.colour);
+    m.count = worth(m.count, 1 - weight, n, weight);
+    const float recent_weight = n / (std::min(m.recent_count, recent_frames * n) + n);
+    m.recent += recent_weight * (fresh.level - m.recent);
+    m.recent_count = worth(m.recent_count, 1 - recent_weight, n, recent_weight);
+}
+
+void History::write(Frame& frame) const {
+    FloatImage& colour = frame.planes.at("colour");
+    for (const char* name : {"samples", "variance"})
+        if (FloatImage& plane = frame.planes[name]; plane.empty())
+            plane = FloatImage(width_, height_, 1);
+    FloatImage &samples = frame.planes.at("samples"), &variance = frame.planes.at("variance");
+    for_each_row(height_, [&](int y) {
+        const Mean* m = &means_[0][index(0, y)];
+        for (int x = 0; x < width_; ++x, ++m) {
+            for (int c = 0; c < 4; ++c)
+                colour.pixel(x, y)[c] = std::max(m->colour[c], 0.0f);
+            const float level = brightness(m->colour);
+            *samples.pixel(x, y) = m->count;
+            *variance.pixel(x, y) = m->count > 0 ? std::min((m->freedom > 0 ? m->variance : level * level) / m->count,
+                                                            std::numeric_limits<float>::max())
+                                                 : 0;
+        }
+    });
+}
+
+void History::accumulate(Frame& frame, const Before& before) {
+    const FrameInfo& info = frame.info;
+    assert(!info.patches);
+    const bool goes_on = last_ && last_->index == before.index && width_ == width_of(info.camera) &&
+                         height_ == height_of(info.camera) &&
+                         last_->camera_pose.position_m == before.camera_pose.position_m &&
+                         last_->camera_pose.orientation == before.camera_pose.orientation;
+    last_.reset();  // until all is done
+    resize(info);
+    std::swap(means_[0], means_[1]);
+    std::swap(seen_[0], seen_[1]);
+    see(frame);
+    const Planes planes(frame);
+    find_rims(planes);
+    const Poses poses{before.camera_pose, info.camera_pose};
+    for_each_row(height_, [&](int y) {
+        for (int x = 0; x < width_; ++x) {
+            const std::size_t i = index(x, y);
+            means_[0][i] = goes_on ? carried(planes, x, y, poses) : Mean{};
+            changes_[i] = change(means_[0][i], fresh(planes, i));
+        }
+    });
+    std::ranges::fill(bias2_, 0.0f);
+    if (goes_on)
+        find_changes();
+    for_each_row(height_, [&](int y) {
+        for (int x = 0; x < width_; ++x) {
+            const std::size_t i = index(x, y);
+            forget(means_[0][i], bias2_[i]);
+            mix(means_[0][i], fresh(planes, i), seen_[0][i].rim);
+        }
+    });
+    write(frame);
+    exposure_ = info.exposure;
+    last_ = Before{info.index, info.camera_pose};
+}
+
+std::vector<std::uint32_t> History::samples_by_tile(const FrameInfo& next, int tile_side) const {
+    const std::uint32_t mean = next.samples_per_pixel;
+    if (!last_ || mean < 2 || width_ != width_of(next.camera) || height_ != height_of(next.camera))
+        return {};
+    const int across = (width_ + tile_side - 1) / tile_side, down = (height_ + tile_side - 1) / tile_side;
+    std::vector<double> doubt, pixels;
+    for (int tile = 0; tile < across * down; ++tile) {
+        const int left = tile % across * tile_side, top = tile / across * tile_side;
+        const int right = std::min(left + tile_side, width_), bottom = std::min(top + tile_side, height_);
+        double sum = 0;
+        for (int y = top; y < bottom; ++y)
+            for (int x = left; x < right; ++x) {
+                const Mean& m = means_[0][index(x, y)];
+                // As it shows after a display transform, which is about logarithmic.
+                constexpr double dark = 0.05;
+                const double shown = exposure_ / (std::max(exposure_ * double(brightness(m.colour)), 0.0) + dark);
+                sum += m.count > 0 ? double(m.variance) / double(m.count) * shown * shown : 1;
+            }
+        pixels.push_back(double(right - left) * (bottom - top));
+        doubt.push_back(std::sqrt(sum / pixels.back()));
+    }
+    const double least = std::max(1.0, mean / 2.0), most = 4.0 * mean;
+    const double all = std::accumulate(pixels.begin(), pixels.end(), 0.0) * mean;
+    const auto given = [&](double scale, std::size_t tile) { return std::clamp(scale * doubt[tile], least, most); };
+    // The scale at which all are given: their sum grows with it, so bisection finds it.
+    double low = 0, high = most / std::max(1e-12, *std::ranges::min_element(doubt));
+    for (int step = 0; step < 60; ++step) {
+        const double middle = 0.5 * (low + high);
+        double sum = 0;
+        for (std::size_t tile = 0; tile < doubt.size(); ++tile)
+            sum += given(middle, tile) * pixels[tile];
+        (sum > all ? high : low) = middle;
+    }
+    std::vector<std::uint32_t> counts;
+    double owed = 0;
+    for (std::size_t tile = 0; tile < doubt.size(); ++tile) {
+        const double exact = given(low, tile) * pixels[tile] + owed;
+        counts.push_back(static_cast<std::uint32_t>(std::clamp(std::round(exact / pixels[tile]), 1.0, most)));
+        owed = exact - counts.back() * pixels[tile];
+    }
+    return counts;
+}
+
+}  // namespace equistream
