@@ -326,5 +326,93 @@ TEST_F(AbiFilm, wrong_planes_are_refused) {
     es_sequence_close(sequence);
 }
 
+/// A sphere of 5 m around the origin whose radiance is 1 with much noise.
+es_surface ball(const es_ray& ray) {
+    es_surface surface{};
+    const glm::dvec3 origin_m(ray.origin[0], ray.origin[1], ray.origin[2]);
+    const glm::dvec3 direction(ray.direction[0], ray.direction[1], ray.direction[2]);
+    const double b = glm::dot(origin_m, direction);
+    const double distance_m = -b + std::sqrt(b * b - glm::dot(origin_m, origin_m) + 25);
+    surface.distance_m = static_cast<float>(distance_m);
+    const glm::vec3 point(origin_m + distance_m * direction);
+    for (int axis = 0; axis < 3; ++axis) {
+        surface.position_previous_m[axis] = surface.position_next_m[axis] = point[axis];
+        surface.normal[axis] = -point[axis] / 5;
+    }
+    surface.object_id = surface.material_id = surface.instance_id = 1;
+    return surface;
+}
+glm::vec4 noisy(const es_ray& ray) {
+    const float level = 2 * static_cast<float>(ray.seed >> 40) * 0x1p-24f;
+    return {level, level, level, 1};
+}
+
+TEST_F(AbiFilm, frames_are_accumulated_along_the_way_of_the_head) {
+    settings.accumulate_frames = 16;
+    settings.aovs = "samples,variance";
+    es_sequence* sequence = open();
+    std::int64_t last = 0;
+    Pose head;
+    const auto accumulated = [&](es_frame_settings when, double to_m) {
+        const Pose next{{to_m, 0, 0}, {1, 0, 0, 0}};
+        when.head_previous = pose_of(head);
+        when.head = when.head_next = pose_of(next);
+        es_frame* frame = begin(sequence, when);
+        fill(frame, ball, noisy, 2);
+        end(frame);
+        head = next;
+        last = when.index;
+        return read(last);
+    };
+    const auto mean = [](const Frame& frame, const char* plane, std::size_t step = 1) {
+        double sum = 0;
+        const auto values = frame.planes.at(plane).samples();
+        for (std::size_t i = 0; i < values.size(); i += step)
+            sum += double(values[i]);
+        return sum / double(values.size() / step);
+    };
+    Frame frame = accumulated(at(0), 0);
+    EXPECT_EQ(mean(frame, "samples"), 4);
+    EXPECT_EQ(frame.planes.size(), 3u);
+    EXPECT_TRUE(frame.ids.empty());
+    accumulated(at(1), 0.1);
+    frame = accumulated(at(2), 0.1);
+    EXPECT_NEAR(mean(frame, "samples"), 12, 0.3);
+    EXPECT_NEAR(mean(frame, "colour", 4), 1, 3 * 0.577 / std::sqrt(12 * 72 * 36));
+    EXPECT_NEAR(mean(frame, "variance") / (1.0 / 3 / 12), 1, 0.2);
+    // Another number of samples, some frames later.
+    es_frame_settings when = at(7);
+    when.spp = 2;
+    when.previous_frames = 5;
+    frame = accumulated(when, 0.1);
+    EXPECT_EQ(frame.info.samples_per_pixel, 2u);
+    EXPECT_NEAR(mean(frame, "samples"), 14, 0.4);
+    // Motion that leads to another frame than the last.
+    frame = accumulated(at(9), 0.1);
+    EXPECT_NEAR(mean(frame, "samples"), 4, 0.01);
+    es_sequence_close(sequence);
+    EXPECT_EQ(read_exr_info(output + "/" + frame_file_name(9)).accumulated_frames, 16u);
+    EXPECT_EQ(read_manifest(output).shared.accumulated_frames, 16u);
+    settings.accumulate_frames = 0;
+    settings.aovs = "none";
+    EXPECT_NE(refusal().find("expected"), std::string::npos);
+}
+
+TEST_F(AbiFilm, what_cannot_be_accumulated_is_refused) {
+    settings.accumulate_frames = 16;
+    settings.layer = ES_LAYER_HIDDEN;
+    EXPECT_EQ(refusal(), "accumulate_frames: expected 0 in a hidden layer and in an atlas of patches, found 16");
+    settings.accumulate_frames = 0;
+    settings.layer = ES_LAYER_FIRST;
+    es_sequence* sequence = open();
+    es_frame_settings when = at(0);
+    when.spp = 2;
+    es_frame* frame = nullptr;
+    es_error error{};
+    EXPECT_EQ(es_frame_begin(sequence, &when, &frame, &error), ES_BAD_INPUT);
+    EXPECT_STREQ(error.text, "es_frame_settings.spp: expected 0 in a sequence of independent frames, found 2");
+    es_sequence_close(sequence);
+}
+
 }  // namespace
 }  // namespace equistream::testing

@@ -1,0 +1,117 @@
+"""render --accumulate: less noise along a walk, the true mean of a still head, orders with changing samples, and what is said.
+
+usage: accumulate_test.py BIN_DIR
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+import OpenEXR
+
+BIN = pathlib.Path(sys.argv.pop(1))
+SIZE = ["--size", "192x96", "--progress", "none"]
+STILL = [0, 1.6, 3.15]
+
+
+def run(*words):
+    return subprocess.run([BIN / "equistream", *map(str, words)], capture_output=True, text=True, timeout=300)
+
+
+def planes_of(file):
+    with OpenEXR.File(str(file), separate_channels=True) as exr:
+        return {name: np.asarray(channel.pixels, np.float32) for part in exr.parts for name, channel in part.channels.items()}
+
+
+def shown(planes):
+    return np.clip(np.stack([planes[c] for c in "RGB"], -1), 0, 1) ** (1 / 2.2)
+
+
+class Accumulate(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="equistream_accumulate_")
+        cls.root = pathlib.Path(cls.folder.name)
+        made = run("scene", "generate", "pavilion", "--out", cls.root / "scene")
+        assert made.returncode == 0, made.stderr
+        cls.scene = cls.root / "scene/pavilion.json"
+        cls.still_path = cls.root / "still.csv"
+        cls.still_path.write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "".join(f"{t},{STILL[0]},{STILL[1]},{STILL[2]},1,0,0,0\n" for t in (0, 9)))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def render(self, name, *words):
+        ended = run("render", self.scene, *SIZE, *words, "--out", self.root / name)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return self.root / name / "centre", ended.stderr
+
+    def test_noise_of_a_walk(self):
+        def noise(*words):
+            one, two = (shown(planes_of(self.render(f"walk-{seed}-{len(words)}", "--frames", "0-15", "--spp", "4", "--aovs", "none", "--seed", seed, *words)[0] / "frame.0015.exr"))
+                        for seed in (1, 2))
+            return np.mean((one - two) ** 2) / 2
+        self.assertGreater(10 * np.log10(noise() / noise("--accumulate", "32")), 9)
+
+    def test_a_still_head(self):
+        words = ["--path", self.still_path, "--aovs", "samples,variance"]
+        kept, _ = self.render("still", *words, "--frames", "0-15", "--spp", "4", "--accumulate", "8")
+        planes = planes_of(kept / "frame.0015.exr")
+        ball = planes["samples"] < 30  # what moves by itself, and what comes out behind it
+        self.assertLess(np.mean(ball), 0.1)
+        self.assertAlmostEqual(np.mean(planes["samples"][~ball]) / 64, 1, delta=0.15)
+        truths = [shown(planes_of(self.render(f"truth-{seed}", *words[:2], "--aovs", "none", "--frames", "15", "--spp", "64", "--seed", seed)[0] / "frame.0015.exr")) for seed in (5, 6)]
+        off = np.mean((shown(planes) - truths[0])[~ball] ** 2) / np.mean((truths[1] - truths[0])[~ball] ** 2)
+        self.assertLess(10 * np.log10(off), 0.6)
+
+    def test_orders(self):
+        orders = [{"frame": frame, "spp": spp, "position_m": [x, *STILL[1:]], "orientation_wxyz": [1, 0, 0, 0]} for frame, spp, x in ((0, 2, 0), (3, 4, 0), (4, 1, 0), (8, 2, 0.05))]
+        words = ["render", self.scene, *SIZE, "--follow", "--accumulate", "32", "--aovs", "motion,samples", "--out", self.root / "follow"]
+        with subprocess.Popen([BIN / "equistream", *map(str, words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as renderer:
+            renderer.stdout.readline()
+            files = []
+            for order in orders:
+                renderer.stdin.write(json.dumps(order) + "\n")
+                renderer.stdin.flush()
+                files.append(json.loads(renderer.stdout.readline())["file"])
+            renderer.stdin.close()
+        samples, motion = zip(*((planes["samples"], np.hypot(planes["backward.u"], planes["backward.v"])) for planes in map(planes_of, files)))
+        for index, expected in enumerate((2, 6, 7, 9)):
+            self.assertAlmostEqual(float(np.median(samples[index])), expected, delta=0.25 * expected, msg=index)
+        self.assertLess(np.median(motion[2]), 0.01)
+        self.assertGreater(np.median(motion[3]), 0.1)
+
+    def test_resumed_anew_and_never_mixed(self):
+        out, _ = self.render("resumed", "--frames", "0-3", "--spp", "2", "--accumulate", "8", "--aovs", "samples")
+        (out / "frame.0003.exr").unlink()
+        _, said = self.render("resumed", "--frames", "0-3", "--spp", "2", "--accumulate", "8", "--aovs", "samples")
+        self.assertIn("--accumulate begins anew after frames that are kept", said)
+        self.assertEqual(planes_of(out / "frame.0003.exr")["samples"].max(), 2)
+        for words, said in ((["--accumulate", "9"], "accumulate"), ([], "accumulate")):
+            ended = run("render", self.scene, *SIZE, "--frames", "0-3", "--spp", "2", "--aovs", "samples" if words else "none", *words, "--out", self.root / "resumed")
+            self.assertEqual(ended.returncode, 2)
+            self.assertIn(said, ended.stderr)
+
+    def test_other_streams_stay_as_they_are(self):
+        out, said = self.render("layers", "--frames", "0-1", "--spp", "1", "--accumulate", "8", "--aovs", "depth", "--layers")
+        self.assertIn("--accumulate is for the first surfaces; --layers stays as rendered", said)
+        plain, _ = self.render("plain", "--frames", "0-1", "--spp", "1", "--aovs", "depth", "--layers")
+        self.assertEqual(json.loads((out / "manifest.json").read_text())["accumulated_frames"], 8)
+        self.assertEqual(sorted(planes_of(out / "frame.0001.exr")), sorted(planes_of(plain / "frame.0001.exr")))
+        first, second = (planes_of(folder.parent / "hidden/frame.0001.exr") for folder in (out, plain))
+        for name in first:
+            np.testing.assert_array_equal(first[name], second[name], name)
+
+    def test_mitsuba(self):
+        ended = run("render", self.scene, "--host", "mitsuba", *SIZE, "--path", self.still_path, "--frames", "0-3", "--spp", "2", "--accumulate", "8", "--aovs", "samples", "--out", self.root / "mitsuba")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertAlmostEqual(float(np.median(planes_of(self.root / "mitsuba/centre/frame.0003.exr")["samples"])), 8, delta=0.1)
+
+
+if __name__ == "__main__":
+    unittest.main()
