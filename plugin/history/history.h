@@ -7,6 +7,10 @@
 /// alike, and as deep as the point is from the camera that was. It is weighed by its number of samples, so that the
 /// mean over a still pixel is the mean of all its samples. Where anything moved, `frames` bounds that number.
 ///
+/// Where one surface slides along another, a pixel shows of both. Such rims move with the nearer one, as antialiasing
+/// over time has it (Karis, "High Quality Temporal Supersampling", 2014), remember little, and give nothing to pixels
+/// that are no rims: otherwise what comes out behind an edge would be smeared with the edge's colour.
+///
 /// A change of light shows as a difference between the mean and a quicker one over neighbourhoods, beyond what their
 /// variances explain (the idea of A-SVGF, Schied et al. 2018, and of ReLAX's two histories). It is taken for the mean's
 /// bias b. An eye sees the mean of many pixels k, and so less of noise of variance V, but all of the bias: the mean is
@@ -49,8 +53,8 @@ public:
     /// frame last given, the memory begins anew. The frame has all of history_planes and is no atlas of patches.
     void accumulate(Frame& frame, const Before& before);
 
-    /// Samples a pixel for each tile of the next frame, row by row, `samples` on average: more where the mean is
-    /// uncertain for its brightness, half to four times as many. Empty where there is nothing to go by.
+    /// Samples a pixel for each tile of the next frame, row by row, `next.samples_per_pixel` on average: more where the
+    /// mean is uncertain for its brightness, half to four times as many. Empty where there is nothing to go by.
     std::vector<std::uint32_t> samples_by_tile(const FrameInfo& next, int tile_side) const;
 
 private:
@@ -62,7 +66,7 @@ private:
         float freedom = 0;   ///< degrees of it
         float recent = 0;    ///< luminance over the last few frames
         float recent_count = 0;
-        bool moved = false;
+        bool moved = false;  ///< into this frame
     };
     /// What its centre's ray met.
     struct Seen {
@@ -83,6 +87,7 @@ private:
         float freedom = 0;
     };
     struct Sought;
+    /// Between the two means of a pixel, or summed over some.
     struct Change {
         float difference = 0, variance = 0, level = 0, count = 0;
     };

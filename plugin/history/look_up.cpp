@@ -242,7 +242,11 @@ History::Mean History::found(const Sought& sought) const {
     const auto at = [&](int x, int y) -> const Mean& { return means_[1][static_cast<std::size_t>(place(x, y))]; };
     if (sought.still) {
         const int x = static_cast<int>(std::lround(u)), y = static_cast<int>(std::lround(v));
-        return is_same(sought, x, y) ? at(x, y) : Mean{};
+        if (!is_same(sought, x, y))
+            return {};
+        Mean same = at(x, y);
+        same.moved = false;
+        return same;
     }
     const float right = u - static_cast<float>(left), down = v - static_cast<float>(top);
     Mean sum;

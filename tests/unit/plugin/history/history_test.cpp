@@ -247,6 +247,11 @@ TEST(History, AStillHeadsMeanIsThatOfAllSamples) {
         ASSERT_NEAR(double(f.planes["samples"].samples()[pixel]), 400, 0.1);
     }
     EXPECT_NEAR(world.mean(f, "variance") / (0.25 / 400), 1, 0.2);
+
+    World after_a_walk(sphere, ball);
+    for (int i = 0; i < 240; ++i)
+        f = after_a_walk.next(at(0.05 * std::min(i, 40)));
+    EXPECT_GT(after_a_walk.mean(f, "samples"), 900);
 }
 
 TEST(History, NoiseAloneIsNeverTakenForLight) {
