@@ -129,7 +129,8 @@ TEST_F(ExrRoundTrip, a_missing_plane_is_named_with_those_present) {
         EXPECT_EQ(std::string(error.what()),
                   file.string() + ": expected plane backward, found colour, albedo, depth, forward, normal, "
                                   "object_id, material_id, instance_id, specular, "
-                                  "virtual_depth, virtual_backward, virtual_forward, guide_albedo, guide_normal, raw");
+                                  "virtual_depth, virtual_backward, virtual_forward, guide_albedo, guide_normal, raw, "
+                                  "samples, variance");
     }
 }
 

@@ -266,17 +266,17 @@ TEST_F(FrameList, holds_finished_frames_only) {
 TEST(AovGroups, are_parsed_in_catalogue_order) {
     EXPECT_EQ(parse_aov_groups("none"), std::vector<std::string>{"colour"});
     EXPECT_EQ(parse_aov_groups("motion, depth"), (std::vector<std::string>{"colour", "depth", "backward", "forward"}));
-    EXPECT_EQ(parse_aov_groups("all").size(), aov_catalogue().size() - 3);
-    EXPECT_EQ(parse_aov_groups("all,raw,guides").size(), aov_catalogue().size());
+    EXPECT_EQ(parse_aov_groups("all").size(), aov_catalogue().size() - 5);
+    EXPECT_EQ(parse_aov_groups("all,raw,guides,samples,variance").size(), aov_catalogue().size());
     for (const char* wrong : {"", "depht", "depth,,ids", "depth,none"}) {
         try {
             parse_aov_groups(wrong);
             ADD_FAILURE() << wrong;
         } catch (const InputError& error) {
-            EXPECT_NE(
-                std::string(error.what())
-                    .find("expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, all or none"),
-                std::string::npos)
+            EXPECT_NE(std::string(error.what())
+                          .find("expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, samples, "
+                                "variance, all or none"),
+                      std::string::npos)
                 << error.what();
         }
     }
