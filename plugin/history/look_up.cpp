@@ -19,6 +19,13 @@ constexpr float rim_gap_px = 2, sliding_px = 0.05f;
 /// Less of a bilinear look-up's weight on the same thing is too far aside.
 constexpr float least_weight = 0.1f;
 
+/// But for how a path's numbers are rounded.
+bool is_held(const Pose& before, const Pose& now) {
+    constexpr double rounding = 1e-12;
+    return glm::length(now.position_m - before.position_m) <= rounding * (1 + glm::length(now.position_m)) &&
+           std::abs(glm::dot(now.orientation, before.orientation)) >= 1 - rounding;
+}
+
 /// Between the second and the third of four samples: cubic convolution (Keys 1981).
 std::array<float, 4> cubic(float t) {
     return {t * (-0.5f + t * (1 - 0.5f * t)), 1 + t * t * (-2.5f + 1.5f * t), t * (0.5f + t * (2 - 1.5f * t)),
@@ -139,8 +146,7 @@ History::Sought History::sought(const Planes& planes, int x, int y, const Poses&
              0,
              here.shown_m,
              static_cast<float>(2 * glm::length(shift_m) / pixel_rad())};
-    s.still = shift_m == glm::dvec3(0) && now.orientation == before.orientation &&
-              std::max(std::abs(motion[0]), std::abs(motion[1])) < still_px;
+    s.still = is_held(before, now) && std::max(std::abs(motion[0]), std::abs(motion[1])) < still_px;
     if (!here.endless)
         s.point_m += glm::vec3(shift_m);
     s.distance_m = glm::length(s.point_m);

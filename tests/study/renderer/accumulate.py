@@ -49,7 +49,7 @@ class Sequence:
 
     def shown(self, index, plane=None):
         frame = self.planes(index, plane or self.first_plane)
-        return self.es.to_display(np.ascontiguousarray(frame[plane or self.first_plane][..., :3]), frame.info.exposure).astype(float)
+        return self.es.to_display(np.ascontiguousarray(frame[plane or self.first_plane][..., :3]), frame.info.exposure).astype(float) / 255
 
 
 def weights(height):
@@ -99,7 +99,7 @@ def walk(programs, scene, work):
     noise = lambda pair, index, plane: mean_square(pair[0].shown(index, plane) - pair[1].shown(index, plane)) / 2  # noqa: E731
     gains = {str(n): decibels(noise(alone, n - 1, "raw") / noise(kept, n - 1, "raw")) for n in (1, 2, 4, 8, FRAMES)}
     samples = kept[0].planes(FRAMES - 1, "samples")["samples"]
-    full = np.abs(samples / (SAMPLES * FRAMES) - 1) < 0.125
+    full = samples >= 0.75 * SAMPLES * FRAMES
     last = kept[0].shown(FRAMES - 1, "raw")
     error = lambda picture, where=None: decibels(1 / mean_square(picture - truth, where))  # noqa: E731
     return {"noise_gain_db_after_frames": gains, "full_memory_share": float(np.mean(full * weights(full.shape[0]))),
@@ -124,7 +124,7 @@ def still(programs, scene, work):
 
 
 def lamp(programs, work):
-    """A room with two lamps; one leaves between two frames."""
+    """A room with two lamps; one leaves between two frames, before a still head."""
     work.mkdir(parents=True, exist_ok=True)
     (work / "room.obj").write_text(ROOM)
     (work / "room.mtl").write_text(PAINT)
@@ -132,7 +132,7 @@ def lamp(programs, work):
     pose = {"orientation_wxyz": [1, 0, 0, 0]}
     scene = work / "room.json"
     scene.write_text(json.dumps({"name": "room", "model": "room.obj", "sky": {"radiance": [0, 0, 0]}, "frames_per_second": 30, "exposure": 1, "head_box": {"lean_m": 0.1},
-                                 "camera": {"keys": [{"time_s": t, "position_m": [0.3 * t, 1.5, 0], **pose} for t in (0, 2)]},
+                                 "camera": {"keys": [{"time_s": t, "position_m": [0, 1.5, 0], **pose} for t in (0, 2)]},
                                  "moving": [{"object": "lamp", "keys": [{"time_s": t, "position_m": [0, y, 0], **pose} for t, y in keys]}]}))
     common = [scene, "--size", SMALL]
     kept = Sequence(rendered(programs, work / "kept", *common, "--frames", f"0-{LAMP_FRAMES - 1}", "--spp", SAMPLES, "--accumulate", MEMORY, "--aovs", "none"))
