@@ -2,6 +2,7 @@
 #include "settings.h"
 
 #include <equistream/aov.h>
+#include <equistream/aov_groups.h>
 #include <equistream/bound.h>
 #include <equistream/camera_limits.h>
 #include <equistream/text.h>
@@ -51,9 +52,9 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
         std::erase(planes, ours);
     std::vector<std::uint32_t> tile_samples;
     if (handle.history) {
-        for (const char* needed : history_planes)
+        for (const std::string& needed : parse_aov_groups(history_aovs))
             if (std::ranges::find(planes, needed) == planes.end())
-                planes.emplace_back(needed);
+                planes.push_back(needed);
         tile_samples = handle.history->samples_by_tile(info, handle.tiles.tile_side);
     }
     const bool guides = handle.denoiser != nullptr || std::ranges::find(planes, "guide_albedo") != planes.end();

@@ -30,9 +30,8 @@
 
 namespace equistream {
 
-/// What a frame must carry for it besides colour, by names of the AOV catalogue.
-inline constexpr const char* history_planes[] = {"depth",       "backward", "normal",        "object_id",
-                                                 "instance_id", "specular", "virtual_depth", "virtual_backward"};
+/// What a frame must carry for it besides colour, by groups of the AOV catalogue (no forward motion, no materials).
+inline constexpr const char* history_aovs = "depth,motion,normal,ids,specular,virtual";
 
 /// One sequence's memory. One thread at a time; it computes on several. From the third frame of one size on it takes
 /// no memory of a picture's size.
@@ -50,7 +49,7 @@ public:
     /// Turns a frame's colour into the mean of all frames, and fills planes "samples" and "variance" (aov.h). Where
     /// the frame has them they are its own: samples, and the variance of their mean. Otherwise every pixel with finite
     /// colour has info.samples_per_pixel of them, and variance is learnt from frame to frame. Unless `before` is the
-    /// frame last given, the memory begins anew. The frame has all of history_planes and is no atlas of patches.
+    /// frame last given, the memory begins anew. The frame has history_aovs and is no atlas of patches.
     void accumulate(Frame& frame, const Before& before);
 
     /// Samples a pixel for each tile of the next frame, row by row, `next.samples_per_pixel` on average: more where the
