@@ -120,8 +120,11 @@ class Denoise(unittest.TestCase):
         self.assertIn("Denoise", run("info", file).stdout)
 
     def test_mitsuba(self):
-        words = ["render", self.scene, "--host", "mitsuba", *SIZE, "--spp", "4", "--layers", "--aovs", "depth,raw,guides"]
-        ended = run(*words, "--denoise", "balanced", "--out", self.root / "mitsuba")
+        words = ["render", self.scene, "--host", "mitsuba", "--spp", "4", "--aovs", "depth,raw,guides", "--denoise", "balanced", "--frames", "0", "--progress", "none"]
+        ended = run(*words, "--size", "64x32", "--layers", "--out", self.root / "mitsuba-layers")  # ray by ray
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertTrue(np.isfinite(colour(self.root / "mitsuba-layers/hidden/frame.0000.exr")).all())
+        ended = run(*words, "--size", "192x96", "--out", self.root / "mitsuba")
         self.assertEqual(ended.returncode, 0, ended.stderr)
         planes = planes_of(self.root / "mitsuba/centre/frame.0000.exr")
         raw = np.stack([planes[f"raw.{c}"] for c in "RGB"], -1)
