@@ -21,6 +21,8 @@ DRAWN = {
     "reproject": ["tests/study/reproject/report.py", "--results", "reproject", "--page", "reproject.md"],
     "reliability": ["tests/study/reproject/reliability_page.py", "reproject"],
     "renderer": ["tests/study/renderer/report.py", "--results", "renderer", "--page", "renderer.md"],
+    "denoise": ["tests/study/renderer/denoise.py", "--page", "--out", "denoise.json"],
+    "accumulate": ["tests/study/renderer/accumulate.py", "--page", "--out", "accumulate.json"],
     "mitsuba": ["tests/study/hosts/report.py", "--results", "mitsuba", "--page", "mitsuba.md"],
     "viewer, speed": ["tests/study/viewer/speed.py", "--page", "viewer.md"],
     "viewer, refresh": ["tests/study/viewer/refresh.py", "--page", "viewer.md"],

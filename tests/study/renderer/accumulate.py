@@ -24,7 +24,6 @@ from steps import machine, versions, write_whole  # noqa: E402
 SCENES = "sponza-crytek", "kitchen", "voxel-city"
 SIZE, SAMPLES, FRAMES, MEMORY, QUALITY = "480x240", 4, 16, 32, "balanced"
 SMALL, STILL_FRAMES, LAMP_OFF, LAMP_FRAMES = "240x120", 64, 30, 60
-PAGE = REPOSITORY / "docs/results/accumulate.md"
 ROOM = ("mtllib room.mtl\no room\nusemtl wall\n" + "".join(f"v {x} {y} {z}\n" for x in (-2, 2) for y in (0, 3) for z in (-3, 3)) +
         "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
         "o lamp\nusemtl warm\nv -1.5 2.9 -1.5\nv -0.5 2.9 -1.5\nv -0.5 2.9 -0.5\nv -1.5 2.9 -0.5\nf 9 10 11 12\n"
@@ -158,17 +157,17 @@ def tables(kept):
     return {"noise": noise, "error": error, "shown": shown, "still": still_head}
 
 
-def write_page(kept):
-    text = PAGE.read_text()
+def write_page(file, kept):
+    text = file.read_text()
     for name, rows in tables(kept).items():
         text = re.sub(rf"(<!-- table {name} -->\n).*?(<!-- end -->)", lambda m: m[1] + "\n".join(rows) + "\n" + m[2], text, flags=re.S)
-    write_whole(PAGE, text)
+    write_whole(file, text)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bin", type=pathlib.Path, required=True)
-    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--bin", type=pathlib.Path, default=REPOSITORY / "build/release/bin")
+    parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("accumulate-work"))
     parser.add_argument("--scenes", default=",".join(SCENES))
     parser.add_argument("--page", action="store_true")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/accumulate.json")
@@ -184,8 +183,8 @@ def main():
                  "versions": versions(options.bin / "equistream", REPOSITORY), "machine": machine()}
         write_whole(options.out, result_text(kept))
         print(json.dumps(kept["scenes"][name]), flush=True)
-    if PAGE.exists():
-        write_page(kept)
+    if (page := options.out.with_suffix(".md")).exists():
+        write_page(page, kept)
 
 
 if __name__ == "__main__":
