@@ -265,7 +265,7 @@ private:
     void choose_planes(const std::string& groups) {
         std::vector<std::string> planes;
         try {
-            planes = equistream::parse_aov_groups(groups);
+            planes = equistream::parse_aov_groups(groups, true);
         } catch (const std::exception& error) {
             refuse("equirect_aov: %s", error.what());
         }
@@ -273,8 +273,6 @@ private:
             if (plane == "colour")
                 continue;
             const equistream::AovInfo aov = *equistream::find_aov(plane);
-            if (!aov.in_all)
-                refuse("equirect_aov: aovs: expected unfiltered planes, found %s", aov.group);
             m_planes.push_back(plane);
             m_channels.insert(m_channels.end(), aov.channels.begin(), aov.channels.end());
         }

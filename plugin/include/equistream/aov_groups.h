@@ -8,6 +8,7 @@ namespace equistream {
 
 /// Plane names of a comma-separated list of groups ("depth,motion,normal,albedo,ids", "all" or "none"); colour
 /// is always first. Throws InputError naming the unknown word and the accepted ones.
-std::vector<std::string> parse_aov_groups(std::string_view list);
+/// `only_in_all`: no others are known than those that "all" brings.
+std::vector<std::string> parse_aov_groups(std::string_view list, bool only_in_all = false);
 
 }  // namespace equistream
