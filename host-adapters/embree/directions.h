@@ -15,6 +15,10 @@ inline constexpr float pi_f = 3.14159265358979f;
 inline float largest(const glm::vec3& c) {
     return c.x > c.y ? (c.x > c.z ? c.x : c.z) : (c.y > c.z ? c.y : c.z);
 }
+/// 0, 1 or 2.
+inline int longest_axis(const glm::vec3& e) {
+    return e.x >= e.y ? (e.x >= e.z ? 0 : 2) : (e.y >= e.z ? 1 : 2);
+}
 inline bool is_black(const glm::vec3& c) {
     return c.x == 0 && c.y == 0 && c.z == 0;
 }

@@ -69,7 +69,8 @@ private:
 // material's mean emission), one triangle and one point on it. A point that an alpha mask has cut away is a sample
 // without light, so that the density is the same all over a triangle. A sky that is an image by its pixels
 // (lights.h). The constant sky is left to BSDF sampling alone: under it that has no variance but that of
-// visibility, and the ray has to be traced for indirect light anyway.
+// visibility, and the ray has to be traced for indirect light anyway. Where little of it is visible, light samples go
+// through the openings that it is seen through (sky_openings.h), of either sky.
 
 struct SunLight {
     glm::vec3 towards;   ///< unit

@@ -28,13 +28,35 @@ float power_heuristic(float pdf, float other) {
 
 }  // namespace
 
-glm::vec3 Worker::sky_image_radiance(Path& path, const SkyLight& sky) const {
-    if (path.scatter_pdf > 0) {  // off something rough: the light as it is sampled, not as it is looked at
-        const float weight = path.next_event_done ? power_heuristic(path.scatter_pdf, sky.pdf(path.direction)) : 1;
-        return weight * sky.radiance(path.direction);
+/// Of the samples of the sky, how many choose by its image rather than by openings.
+float Worker::share_of_image(const OpeningList& openings) const {
+    const auto& image = scene_.lights.sky_image;
+    return !image || image->is_black() ? 0 : openings.empty() ? 1 : 0.5f;
+}
+
+/// With which sample_sky chooses a direction.
+float Worker::sky_pdf(const OpeningList& openings, const glm::vec3& from, const glm::vec3& direction) const {
+    const float by_image = share_of_image(openings);
+    const float image_pdf = by_image > 0 ? by_image * scene_.lights.sky_image->pdf(direction) : 0;
+    return image_pdf + (openings.empty() ? 0 : (1 - by_image) * openings.pdf(from, direction));
+}
+
+/// The sky as it is sampled, not as it is looked at.
+glm::vec3 Worker::sampled_sky(const glm::vec3& direction) const {
+    const auto& image = scene_.lights.sky_image;
+    return image ? scene_.lights.sky + image->radiance(direction) : scene_.lights.sky;
+}
+
+glm::vec3 Worker::sky_radiance(Path& path) const {
+    const auto& image = scene_.lights.sky_image;
+    if (path.scatter_pdf > 0) {  // off something rough
+        const float sampled = path.next_event_done ? sky_pdf(path.openings, path.scattered_at, path.direction) : 0;
+        return power_heuristic(path.scatter_pdf, sampled) * sampled_sky(path.direction);
     }
+    if (!image)
+        return scene_.lights.sky;
     const glm::vec3 jitter{path.sampler.next_hashed(), path.sampler.next_hashed(), path.sampler.next_hashed()};
-    return sky.filtered(path.direction, path.cone.spread_rad, jitter);
+    return scene_.lights.sky + image->filtered(path.direction, path.cone.spread_rad, jitter);
 }
 
 /// The first call of a path counts: what stands before it was sharp, and tints what is seen in it.
@@ -47,12 +69,9 @@ void Worker::guide(Path& path, const glm::vec3& albedo, const glm::vec3& normal)
 }
 
 void Worker::escape(Path& path) const {
-    glm::vec3 image(0);
-    if (scene_.lights.sky_image)
-        image = sky_image_radiance(path, *scene_.lights.sky_image);
-    guide(path, scene_.lights.sky + image, {});
-    path.radiance += path.throughput * scene_.lights.sky;
-    path.radiance += path.throughput * image;
+    const glm::vec3 sky = sky_radiance(path);
+    guide(path, sky, {});
+    path.radiance += path.throughput * sky;
     const auto& sun = scene_.lights.sun;
     if (!sun || !sun->contains(path.direction))
         return;
@@ -111,8 +130,7 @@ void Worker::sample_lights(std::uint32_t index, const ShadingPoint& point, const
         sample_sun(index, point, bsdf, frame);
     if (!scene_.lights.emitters.empty())
         sample_emitter(index, point, bsdf, frame);
-    if (scene_.lights.sky_image && !scene_.lights.sky_image->is_black())
-        sample_sky(index, point, bsdf, frame);
+    sample_sky(index, point, bsdf, frame);
 }
 
 void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
@@ -134,15 +152,36 @@ void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bs
 
 void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
     Path& path = paths_[index];
-    const SkySample sky = scene_.lights.sky_image->sample(path.sampler.pair(path.vertices, Sampler::Use::sky));
-    if (glm::dot(sky.direction, point.geometric_normal) <= 0)
+    SkyOpenings::Cell cell;
+    if (scene_.openings && !scene_.openings->empty())
+        cell = scene_.openings->at(point.position, point.normal);
+    path.openings = cell.list;
+    path.scattered_at = point.position;
+    const float by_image = share_of_image(cell.list);
+    if (cell.list.empty() && by_image == 0)
         return;
-    const BsdfValue scattered = bsdf.evaluate(frame.to_local(-path.direction), frame.to_local(sky.direction));
-    const glm::vec3 contribution =
-        path.throughput * scattered.value * sky.radiance * (power_heuristic(sky.pdf, scattered.pdf) / sky.pdf);
+    // Russian roulette by what is to be expected.
+    const float likely = cell.list.empty() ? 1 : std::min(1.0f, largest(path.throughput) * cell.skylight);
+    if (likely < 1 && path.sampler.next_hashed() >= likely)
+        return;
+    glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::sky);
+    glm::vec3 direction;
+    if (u.x < by_image) {
+        u.x /= by_image;
+        direction = scene_.lights.sky_image->sample(u).direction;
+    } else {
+        u.x = (u.x - by_image) / (1 - by_image);
+        direction = cell.list.sample(point.position, u);
+    }
+    if (glm::dot(direction, point.geometric_normal) <= 0)
+        return;
+    const float pdf = sky_pdf(cell.list, point.position, direction);
+    const BsdfValue scattered = bsdf.evaluate(frame.to_local(-path.direction), frame.to_local(direction));
+    const glm::vec3 contribution = path.throughput * scattered.value * sampled_sky(direction) *
+                                   (power_heuristic(pdf, scattered.pdf) / (pdf * likely));
     if (largest(contribution) > 0)
         shadow_rays_.push_back(
-            {{offset_origin(point.position, point.geometric_normal), sky.direction, infinity}, contribution, index});
+            {{offset_origin(point.position, point.geometric_normal), direction, infinity}, contribution, index});
 }
 
 void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf,

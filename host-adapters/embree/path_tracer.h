@@ -4,6 +4,7 @@
 #include "lights.h"
 #include "sampler.h"
 #include "shading_scene.h"
+#include "sky_openings.h"
 
 #include <equistream/equistream.h>
 
@@ -49,8 +50,8 @@ private:
 };
 
 // A unidirectional path tracer over Embree: next-event estimation with multiple importance sampling (power
-// heuristic) for the sun, emissive triangles and a sky that is an image, BSDF sampling for a constant sky, Russian
-// roulette.
+// heuristic) for the sun, emissive triangles, a sky that is an image and any sky that is seen through openings
+// (sky_openings.h), BSDF sampling for a constant sky elsewhere, Russian roulette.
 //
 // What it leaves out unless PathOptions::unbiased is set, and why:
 // - Past the first rough scattering, specular lobes of opaque surfaces are widened to the cone that the path has
@@ -76,6 +77,7 @@ struct TracedScene {
     const Textures& textures;
     const Lights& lights;
     PathOptions options;
+    const SkyOpenings* openings = nullptr;  ///< used with next-event estimation only; none: nullptr
 };
 
 /// What was done, and what it took.
@@ -122,6 +124,8 @@ private:
         Sampler sampler;
         RayCone cone;
         float scatter_pdf = 0;         ///< of the last rough scattering
+        OpeningList openings;          ///< that lit it
+        glm::vec3 scattered_at{0};     ///< where it was
         float scatter_distance = 0;    ///< travelled since, straight passes through glass included
         std::uint8_t bounces = 0;      ///< scatterings but straight passes
         std::uint8_t vertices = 0;     ///< all
@@ -142,7 +146,10 @@ private:
     void shade_paths();
     void trace_shadow_rays();
     void escape(Path& path) const;
-    glm::vec3 sky_image_radiance(Path& path, const SkyLight& sky) const;
+    glm::vec3 sky_radiance(Path& path) const;
+    glm::vec3 sampled_sky(const glm::vec3& direction) const;
+    float share_of_image(const OpeningList& openings) const;
+    float sky_pdf(const OpeningList& openings, const glm::vec3& from, const glm::vec3& direction) const;
     static void guide(Path& path, const glm::vec3& albedo, const glm::vec3& normal);
     /// False when the path ends here.
     bool shade(std::uint32_t index, const Hit& hit);

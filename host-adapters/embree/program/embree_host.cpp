@@ -36,9 +36,9 @@ const SceneDescription& EmbreeHost::describe(const RenderOptions& options) {
     return description_;
 }
 
-void EmbreeHost::load(const RenderOptions& options, const Timeline&) {
+void EmbreeHost::load(const RenderOptions& options, const Timeline& timeline) {
     threads_ = options.threads;
-    scene_ = std::make_unique<LoadedScene>(description_, path_options_, threads_);
+    scene_ = std::make_unique<LoadedScene>(description_, path_options_, timeline.path, threads_);
     for (const std::string& note : scene_->model().notes)
         std::fprintf(stderr, "equistream render: %s\n", note.c_str());
 }
@@ -83,6 +83,11 @@ HostFigures EmbreeHost::figures(double render_s, nlohmann::json& json) const {
     json["path_rays"] = counts_.path_rays;
     json["shadow_rays"] = counts_.shadow_rays;
     json["texture_calls"] = counts_.texture_calls;
+    const SkyOpenings& openings = scene_->openings();
+    json["sky_openings"] = {{"cells", openings.cells()},
+                            {"gain", openings.gain()},
+                            {"mib", static_cast<double>(openings.memory_bytes()) / (1 << 20)},
+                            {"learn_s", scene_->openings_s()}};
     json["cpu_s"] = {{"camera_rays", counts_.camera_rays_s},
                      {"path_rays", counts_.path_rays_s},
                      {"shadow_rays", counts_.shadow_rays_s},

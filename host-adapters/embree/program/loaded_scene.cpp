@@ -6,7 +6,21 @@
 
 namespace equistream::embree_host {
 
-LoadedScene::LoadedScene(const SceneDescription& description, const PathOptions& options, unsigned threads)
+namespace {
+
+/// Equally far apart in time.
+std::vector<glm::vec3> places_along(const PosePath& path) {
+    constexpr int places = 64;
+    std::vector<glm::vec3> found;
+    for (int i = 0; i < places && !path.empty(); ++i)
+        found.emplace_back(path.at(path.duration_s() * i / (places - 1)).position_m);
+    return found;
+}
+
+}  // namespace
+
+LoadedScene::LoadedScene(const SceneDescription& description, const PathOptions& options, const PosePath& path,
+                         unsigned threads)
     : description_(description), model_(load_model(description)), moving_(find_moving_instances(model_, description)) {
     textures_.emplace(model_);
     shading_.emplace(model_);
@@ -25,6 +39,10 @@ LoadedScene::LoadedScene(const SceneDescription& description, const PathOptions&
     now_ = instance_transforms(model_, description_, 0);
     lights_.emitters.build(*shading_, now_, *textures_);
     traced_.emplace(TracedScene{*bvh_, *shading_, *textures_, lights_, options});
+    const auto openings_start = Clock::now();
+    openings_ = learn_openings(*traced_, places_along(path), threads);
+    openings_s_ = seconds_since(openings_start);
+    traced_.emplace(TracedScene{*bvh_, *shading_, *textures_, lights_, options, &openings_});
 }
 
 void LoadedScene::move_to(double time_s, double previous_time_s, double next_time_s) {

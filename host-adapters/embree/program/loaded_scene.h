@@ -10,8 +10,9 @@ namespace equistream::embree_host {
 
 class LoadedScene {
 public:
-    /// `description` is borrowed.
-    LoadedScene(const SceneDescription& description, const PathOptions& options, unsigned threads);
+    /// `description` is borrowed. Openings to the sky are learned from places along `path`.
+    LoadedScene(const SceneDescription& description, const PathOptions& options, const PosePath& path,
+                unsigned threads);
 
     /// Moves everything to where it is at `time_s`; the neighbours' times are those of motion vectors.
     void move_to(double time_s, double previous_time_s, double next_time_s);
@@ -20,6 +21,8 @@ public:
     NeighbourTransforms neighbours() const { return {previous_, next_, moves_}; }
     const SceneModel& model() const { return model_; }
     double bvh_s() const { return bvh_s_; }
+    const SkyOpenings& openings() const { return openings_; }
+    double openings_s() const { return openings_s_; }
     std::size_t bvh_bytes() const { return bvh_->memory_bytes(); }
 
 private:
@@ -33,6 +36,8 @@ private:
     std::optional<Bvh> bvh_;
     double bvh_s_ = 0;
     Lights lights_;
+    SkyOpenings openings_;
+    double openings_s_ = 0;
     std::optional<TracedScene> traced_;
 };
 

@@ -1,5 +1,7 @@
 #include "test_scene.h"
 
+#include <equistream/conventions.h>
+
 #include <scenes/sky/sky_image.h>
 #include <tests/unit/scenes/temporary_folder.h>
 
@@ -262,6 +264,57 @@ TEST_F(SkyImageFile, ACutFileIsRefused) {
 TEST_F(SkyImageFile, TooLargeOnesAreRefusedByTheirHeaders) {
     write("huge.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 30000\n");
     expect_contains(error(folder_ / "huge.hdr"), "found 30000x30000");
+}
+
+/// Three balls, apart, one in another and one around the point that they are seen from.
+std::vector<float> three_openings() {
+    std::vector<float> numbers;
+    OpeningList::append(
+        std::vector<SkyOpening>{{{3, 1, 0}, 0.5f, 0.5f}, {{-4, 2, 1}, 2, 0.3f}, {{-4, 2.2f, 1}, 0.1f, 0.2f}}, numbers);
+    return numbers;
+}
+
+TEST(Openings, DensityIntegratesToOneFromOutsideAndInsideABall) {
+    const std::vector<float> numbers = three_openings();
+    const OpeningList list(numbers);
+    for (const glm::vec3& from : {glm::vec3(0), glm::vec3(-4, 2, 0), glm::vec3(3, 1.1f, 0.1f), glm::vec3(30, -20, 5)}) {
+        double integral = 0;
+        constexpr int n = 2000;
+        for (int y = 0; y < n; ++y)
+            for (int x = 0; x < n; ++x) {
+                const glm::vec2 u{(static_cast<float>(x) + 0.5f) / n, (static_cast<float>(y) + 0.5f) / n};
+                integral += list.pdf(from, sample_cone(u, 2)) * 4 * pi / n / n;
+            }
+        EXPECT_NEAR(integral, 1, 0.01) << from.x;
+    }
+}
+
+TEST(Openings, SamplesAreSpreadAsTheDensitySays) {
+    const std::vector<float> numbers = three_openings();
+    const OpeningList list(numbers);
+    const glm::vec3 from(0.5f, 0, 0);
+    // The mean of a function over samples is its integral times the density.
+    const auto function = [](const glm::vec3& d) { return 1 + d.x + d.y * d.z + d.y * d.y; };
+    double sampled = 0, squares = 0, integral = 0;
+    int on_edges = 0;  // rounded out of the ball
+    constexpr std::uint32_t n = 1 << 16;
+    constexpr int cells = 2000;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        Sampler numbers_of(i, 4);
+        const glm::vec3 d = list.sample(from, {numbers_of.next_hashed(), numbers_of.next_hashed()});
+        ASSERT_NEAR(glm::length(d), 1, 1e-5);
+        on_edges += !(list.pdf(from, d) > 0);
+        sampled += function(d) / n;
+        squares += function(d) * function(d) / n;
+    }
+    for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x) {
+            const glm::vec3 d =
+                sample_cone({(static_cast<float>(x) + 0.5f) / cells, (static_cast<float>(y) + 0.5f) / cells}, 2);
+            integral += list.pdf(from, d) * function(d) * 4 * pi / cells / cells;
+        }
+    EXPECT_LT(on_edges, 8);
+    EXPECT_NEAR(sampled, integral, 4 * std::sqrt((squares - sampled * sampled) / n) + 0.005);
 }
 
 }  // namespace

@@ -237,5 +237,134 @@ TEST(SkyImage, ABlackOneGivesNothing) {
     EXPECT_EQ(plane_under_sky(FloatImage(5, 3, 3), 0, {0, 1, 0}, true, 4).mean, glm::dvec3(0));
 }
 
+/// A box from -1 to 1 whose ceiling has a square hole around its middle.
+void add_room(TestScene& scene, const Material& wall, float half_hole) {
+    const std::uint32_t material = scene.add_material(wall);
+    const auto add_side = [&](const glm::vec3& inwards) {
+        const ShadingFrame frame(inwards);
+        scene.add(floor_mesh(1, 1, material), glm::mat4(glm::vec4(frame.bitangent, 0), glm::vec4(inwards, 0),
+                                                        glm::vec4(frame.tangent, 0), glm::vec4(-inwards, 1)));
+    };
+    for (const glm::vec3& n :
+         {glm::vec3(0, 1, 0), glm::vec3(1, 0, 0), glm::vec3(-1, 0, 0), glm::vec3(0, 0, 1), glm::vec3(0, 0, -1)})
+        add_side(n);
+    const float half_frame = 0.5f * (1 - half_hole), middle = 0.5f * (1 + half_hole);
+    for (const float side : {-1.0f, 1.0f}) {
+        scene.add(floor_mesh(half_frame, 1, material), glm::translate(glm::mat4(1), glm::vec3(side * middle, 1, 0)));
+        scene.add(floor_mesh(half_hole, half_frame, material),
+                  glm::translate(glm::mat4(1), glm::vec3(0, 1, side * middle)));
+    }
+}
+
+const std::vector<glm::vec3> eyes{{0, -0.3f, 0}, {0.3f, -0.2f, 0.2f}};
+
+/// An eighth of what arrives in the room is the sky's.
+TEST(Openings, AFurnaceWithAHoleIsOneEverywhere) {
+    TestScene scene;
+    Material wall = matte(glm::vec3(0.9f));
+    wall.emission = glm::vec3(0.1f);
+    add_room(scene, wall, 0.3f);
+    scene.lights.sky = glm::vec3(1);
+    scene.options.max_bounces = 200;
+    scene.openings = learn_openings(scene.build(), eyes, 2);
+    ASSERT_GT(scene.openings.cells(), 0u);
+    for (const glm::vec3& direction :
+         {glm::vec3(0.3f, -1, 0.1f), glm::vec3(1, 0.2f, 0.3f), glm::vec3(-0.2f, 0.4f, 1)}) {
+        const MeanRadiance seen = scene.look({0.1f, -0.2f, 0.2f}, direction, 1024);
+        // One path in 2,000 is cut off after 64 surfaces.
+        EXPECT_NEAR(seen.mean.y, 1, 4 * seen.standard_error + 5e-4) << direction.x;
+        EXPECT_LT(seen.standard_error, 0.002);
+    }
+}
+
+enum class SkyKind { constant, image };
+
+/// With a glossy ball in it and a pane in the hole.
+MeanRadiance look_into_room(SkyKind kind, bool next_event, bool learn, const glm::vec3& direction) {
+    TestScene scene;
+    add_room(scene, matte({0.5f, 0.6f, 0.7f}), 0.2f);
+    Material gloss = matte(glm::vec3(0.6f)), pane = matte({1, 0.8f, 1});
+    gloss.index_of_refraction = pane.index_of_refraction = 1.5f;
+    gloss.roughness = 0.4f;
+    pane.transmission = 1;
+    scene.add(ball_mesh(16, scene.add_material(gloss), true),
+              glm::translate(glm::mat4(1), glm::vec3(0.3f, -0.7f, -0.4f)) * glm::scale(glm::mat4(1), glm::vec3(0.3f)));
+    scene.add(floor_mesh(0.2f, 0.2f, scene.add_material(pane)), glm::translate(glm::mat4(1), glm::vec3(0, 1, 0)));
+    if (kind == SkyKind::constant)
+        scene.lights.sky = {3, 4, 5};
+    else
+        scene.lights.sky_image.emplace(
+            painted(16, 8, [](const glm::dvec3& d) { return glm::dvec3(4 + 3 * d.x, 5 + 4 * d.z, 6); }), 0.3,
+            glm::vec3(1));
+    scene.options.unbiased = true;
+    scene.options.next_event = next_event;
+    if (learn) {
+        scene.openings = learn_openings(scene.build(), eyes, 2);
+        EXPECT_GT(scene.openings.cells(), 0u);
+    }
+    return scene.look({0.1f, -0.2f, 0.2f}, direction, next_event ? 1024 : 8192);
+}
+
+TEST(Openings, ARoomWithASmallHoleIsAsBruteForceHasIt) {
+    for (const SkyKind kind : {SkyKind::constant, SkyKind::image})
+        for (const glm::vec3& direction : {glm::vec3(0.3f, -1, 0.1f), glm::vec3(0.2f, -0.5f, -0.6f)}) {
+            const MeanRadiance learned = look_into_room(kind, true, true, direction);
+            const MeanRadiance brute = look_into_room(kind, false, false, direction);
+            EXPECT_TRUE(same_mean(learned, brute)) << static_cast<int>(kind) << " " << direction.x;
+        }
+}
+
+TEST(Openings, SkylightThroughASmallHoleHasLessThanAFifthOfItsVariance) {
+    const MeanRadiance learned = look_into_room(SkyKind::constant, true, true, {0.3f, -1, 0.1f});
+    const MeanRadiance unlearned = look_into_room(SkyKind::constant, true, false, {0.3f, -1, 0.1f});
+    EXPECT_NEAR(learned.mean.y, unlearned.mean.y, 4 * unlearned.standard_error);
+    EXPECT_LT(std::pow(learned.standard_error / unlearned.standard_error, 2), 1.0 / 5);
+}
+
+TEST(Openings, ALidThatMovesOverTheHoleAfterwardsCostsNoLight) {
+    MeanRadiance seen[2];
+    for (const bool next_event : {false, true}) {
+        TestScene scene;
+        add_room(scene, matte(glm::vec3(0.6f)), 0.3f);
+        scene.lights.sky = glm::vec3(4);
+        scene.options.next_event = next_event;
+        scene.openings = learn_openings(scene.build(), eyes, 2);
+        scene.add(floor_mesh(0.2f, 0.3f, 0), glm::translate(glm::mat4(1), glm::vec3(0.12f, 1.01f, 0)));
+        seen[next_event] = scene.look({0.1f, -0.2f, 0.2f}, {0.3f, -1, 0.1f}, next_event ? 512 : 4096);
+    }
+    EXPECT_TRUE(same_mean(seen[0], seen[1]));
+}
+
+TEST(Openings, WhatIsLearnedDoesNotDependOnThreads) {
+    TestScene scene;
+    add_room(scene, matte(glm::vec3(0.6f)), 0.3f);
+    scene.lights.sky = glm::vec3(4);
+    const TracedScene& traced = scene.build();
+    const SkyOpenings one = learn_openings(traced, eyes, 1), five = learn_openings(traced, eyes, 5);
+    ASSERT_GT(one.cells(), 0u);
+    EXPECT_EQ(one.cells(), five.cells());
+    EXPECT_EQ(one.gain(), five.gain());
+    std::mt19937 random(6);
+    std::uniform_real_distribution<float> unit(0, 1);
+    for (int i = 0; i < 1000; ++i) {
+        const glm::vec3 at = glm::vec3(2 * unit(random), 2 * unit(random), 2 * unit(random)) - 1.0f;
+        const glm::vec3 normal = uniform_direction(random);
+        const OpeningList a = one.at(at, normal).list, b = five.at(at, normal).list;
+        ASSERT_EQ(a.empty(), b.empty());
+        const glm::vec2 u(unit(random), unit(random));
+        if (!a.empty()) {
+            EXPECT_EQ(a.sample(at, u), b.sample(at, u));
+        }
+    }
+}
+
+TEST(Openings, UnderAnOpenSkyThereAreNone) {
+    TestScene scene;
+    scene.add(floor_mesh(50, 50, scene.add_material(matte(glm::vec3(0.5f)))));
+    scene.add(ball_mesh(16, 0, true), glm::translate(glm::mat4(1), glm::vec3(0, 1, -3)));
+    scene.lights.sky = glm::vec3(1);
+    EXPECT_TRUE(learn_openings(scene.build(), std::vector<glm::vec3>{{0, 1.6f, 0}}, 2).empty());
+}
+
 }  // namespace
 }  // namespace equistream::embree_host

@@ -60,6 +60,7 @@ public:
     SceneModel model;
     Lights lights;
     PathOptions options;
+    SkyOpenings openings;
 
     std::uint32_t add_material(const Material& material) {
         model.materials.push_back(material);
@@ -84,7 +85,7 @@ public:
         for (const Instance& instance : model.instances)
             transforms.push_back(instance.world_from_object);
         lights.emitters.build(*shading, transforms, *textures_);
-        traced_ = std::make_unique<TracedScene>(TracedScene{*bvh, *shading, *textures_, lights, options});
+        traced_ = std::make_unique<TracedScene>(TracedScene{*bvh, *shading, *textures_, lights, options, &openings});
         return *traced_;
     }
 
