@@ -3,8 +3,8 @@
 
     equistream fit SCENE.json --db N [--out FILE.ini]
 
-N is the noise-free error of docs/compare.md on linear values, both eyes together. Everything is rendered twice, with two seeds; what was measured stays in
-the work folder, and another N goes on from there.
+N is the whole error of docs/compare.md on linear values, both eyes together: noise counts, and so does a denoiser. What was measured stays in the work
+folder, and another N goes on from there.
 """
 
 import argparse
@@ -55,17 +55,17 @@ def arguments():
                     epilog="example: equistream fit scenes/pavilion.json --db 27 --out pavilion.ini")
     parser.add_argument("scene", metavar="SCENE", type=pathlib.Path, help="scene description (JSON)")
     parser.add_argument("--db", type=in_range(1, 80), required=True,
-                        help="the accuracy wanted: noise-free error on linear values, both eyes together, in dB (docs/compare.md)")
+                        help="the accuracy wanted: whole error on linear values, both eyes together, in dB (docs/compare.md)")
     parser.add_argument("--out", type=pathlib.Path, help="settings file to write; the client's model, if one is chosen, comes beside it; default: NAME-fit.ini")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views, which can be removed afterwards; default: NAME-fit")
     parser.add_argument("--eye-size", type=size, default=(640, 360), metavar="WxH", help="of each eye's view (640x360): what is found holds for this many pixels")
     parser.add_argument("--fov", type=in_range(1, 170), default=90.0, metavar="DEG", help="of each eye's view, horizontal (90)")
     parser.add_argument("--frames", type=frames, metavar="A-B", help="that are measured; default: two in the middle of the path")
-    parser.add_argument("--spp", type=in_range(1, 65536, int), default=4, metavar="N",
-                        help="samples a pixel of views, and of a sphere as dense as these in the middle (4); noise takes bytes")
+    parser.add_argument("--truth-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="samples a pixel of both truths (64): more know the error better")
+    parser.add_argument("--most-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="the most samples a pixel of spheres that are tried (64)")
     parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
-                        help="the widest sphere tried, in 2 pi f columns (1.41); narrower ones are filtered from it or from the next")
+                        help="the widest sphere tried, in 2 pi f columns (1.41)")
     add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     options = parse(parser, "fit")
@@ -111,7 +111,7 @@ def main():
     from fitting.report import chosen_text, n_text, report, sections_of, times_text, unreachable_text, write_settings
     from fitting.work import Asked, FitWork
     began = time.time()
-    asked = Asked(options.eye_size, options.fov, *options.frames, options.spp, options.widest)
+    asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest)
     with contextlib.redirect_stdout(sys.stderr):
         work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked, Progress("fit", options.progress))
         fit = Fit(work, asked, options.codec, options.db, path_frames(options))
@@ -126,7 +126,7 @@ def main():
     write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
     if options.json:
         point = chosen.point
-        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width,
+        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
                           "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once,
                           "reflections": chosen.told, "why": fit.why, "seconds": round(time.time() - began, 1),
                           "command": f"equistream fit {options.scene.name} --db {options.db:g}", **provenance(options.bin, REPOSITORY)}, indent=1))

@@ -109,8 +109,8 @@ def together(figures):
             "db_high": decibels(pooled["mean_square_low"]), "only_bounded": pooled["mean_square_low"] <= 0}
 
 
-def gap_error(by_eye):
+def gap_error(by_eye, kind=NOISE_FREE):
     """What lies in what the source did not see, and all of the error: linear mean squares of all eyes together. An eye without gaps says nothing of them."""
     eyes = by_eye.values()
-    in_gaps = sum(eye["gaps"]["fraction"] * eye["gaps"]["noise_free"]["linear"]["mean_square"] for eye in eyes if "gaps" in eye)
-    return max(0.0, in_gaps), sum(eye["noise_free"]["linear"]["mean_square"] for eye in eyes)
+    in_gaps = sum(eye["gaps"]["fraction"] * eye["gaps"][kind]["linear"]["mean_square"] for eye in eyes if "gaps" in eye)
+    return max(0.0, in_gaps), sum(eye[kind]["linear"]["mean_square"] for eye in eyes)

@@ -3,15 +3,20 @@
 import dataclasses
 import math
 
+from found import known_within_db
 from rates import bytes_for
 from steps import Failed
 
-from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db, samples_for
-from .work import PAIR, PERSPECTIVE, Fill, Measurer, by_model, by_scene, by_streamed_depth, files_of
+from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db
+from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, files_of, pair, perspective
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
 """Fill pass -> the track it fills from."""
 FIRST_CRF = 24
+ROOM_DB = 1
+"""That coding may lose."""
+DENOISERS = "off", "balanced"
+KNOWN_DB = 0.3
 BUDGETS_PX = (1 / 4, 1, 4, 16)
 SHARES = (0.1, 0.05, 0.02)
 TRACKS_FROM = 512
@@ -40,7 +45,10 @@ class Chosen:
     told: bool = False
     """Of mirrors and glass."""
     geometry_file: object = None
-    samples: int = 0
+
+    @property
+    def light(self):
+        return self.point.way.light
 
     @property
     def width(self):
@@ -63,11 +71,55 @@ class Fit:
         self.why, self.told = [], False
 
     def run(self):
+        self.light = self.least_light()
         self.told, width, crf = self.sphere()
         chosen = self.choose(self.fill(width, crf), width, crf)
-        chosen.samples = self.samples(width)
-        self.views = [(way, self.finest(way, None, crf)) for way in (PERSPECTIVE, PAIR)]
+        self.views = [(way, self.finest(way, None, crf)) for way in (perspective(self.light), pair(self.light))]
+        self.say_how_well_known(chosen.point)
         return chosen
+
+    def say_how_well_known(self, point):
+        within = known_within_db({"db_low": point.low, "db_high": point.high})
+        if within > KNOWN_DB:
+            amount = "" if math.isinf(within) else f" to {within:.1f} dB"
+            self.why.append(f"the error is not known well{amount}: more --truth-spp than {self.asked.truth_samples} or more --frames")
+
+    # -- samples and denoiser
+
+    def least_light(self):
+        """Of each denoiser the least samples a pixel that a sphere that matches the eyes takes uncoded, with ROOM_DB to spare; of these, whichever codes
+        to fewer bytes."""
+        found = [least for denoise in DENOISERS if (least := self.least_samples(denoise))]
+        with_room = [light for light, db in found if db >= self.level + ROOM_DB]
+        width = self.asked.matching_width
+        coded = {light: self.finest(by_scene(Fill(), False, light), width, FIRST_CRF) for light in with_room}
+        coded = {light: point.bytes for light, point in coded.items() if point}
+        chosen = min(coded, key=coded.get) if coded else max(found, key=lambda each: each[1])[0]
+        for light, db in found:
+            coded_text = f", {coded[light]:,.0f} bytes a frame coded to {self.level:g} dB" if light in coded else ""
+            self.why.append(f"{light.title}: {db:.2f} dB uncoded at {width} columns, {self.work.light_cpu_s(width, light):.1f} processor seconds{coded_text}: "
+                            f"{taken_text(light is chosen)}")
+        return chosen
+
+    def least_samples(self, denoise):
+        """(light, dB): the least with room, else the best; None without this denoiser."""
+        best, samples = None, 1
+        while samples <= self.asked.most_samples:
+            light = Light(samples, denoise)
+            try:
+                db = self.at(by_scene(Fill(), False, light), self.asked.matching_width, None).db
+            except Failed as failure:
+                if denoise == "off":
+                    raise
+                print(failure)
+                return best
+            if best and db < best[1] + CLOSE_DB:
+                break
+            best = light, db
+            if db >= self.level + ROOM_DB:
+                break
+            samples *= 2
+        return best
 
     # -- the sphere
 
@@ -76,7 +128,7 @@ class Fit:
         tried = (False, True) if self.helps_to_tell() else (False,)
         found, short = {}, []
         for told in tried:
-            way = by_scene(Fill(), told)
+            way = by_scene(Fill(), told, self.light)
             try:
                 narrowest = self.narrowest(way)
                 found[told] = self.fewest_bytes(way, narrowest), narrowest
@@ -98,7 +150,7 @@ class Fit:
         if not self.work.tells_of_mirrors("centre"):
             return False
         width = self.asked.matching_width
-        told, plain = (self.at(by_scene(Fill(), told), width, None) for told in (True, False))
+        told, plain = (self.at(by_scene(Fill(), told, self.light), width, None) for told in (True, False))
         helps = told.high is None or told.high >= plain.db + CLOSE_DB
         self.why.append(f"telling of mirrors and glass: {told.db - plain.db:+.2f} dB uncoded at {width} columns: {'tried' if helps else 'not taken'}")
         return helps
@@ -137,14 +189,14 @@ class Fit:
     def fill(self, width, crf):
         """The passes that are worth it, and the track they need."""
         fill = Fill()
-        here = self.at(by_scene(fill, self.told), width, crf)
+        here = self.at(by_scene(fill, self.told, self.light), width, crf)
         in_gaps, all_of_it = self.measure.gap_error(here)
         share = min(1, in_gaps / all_of_it)
         left_db = most_gained_db(share)
         self.why.append(f"gaps hold {100 * share:.0f} % of the error: filling them better than by push-pull is worth {left_db:.2f} dB at most")
         if left_db >= CLOSE_DB and self.asked.last > self.asked.first:
             earlier = Fill("earlier,pushpull")
-            gain_db = self.at(by_scene(earlier, self.told), width, crf).db - here.db
+            gain_db = self.at(by_scene(earlier, self.told, self.light), width, crf).db - here.db
             self.why.append(f"pass earlier: {gain_db:+.2f} dB for no bytes: {taken_text(gain_db >= CLOSE_DB)}")
             if gain_db >= CLOSE_DB:
                 fill, left_db = earlier, left_db - gain_db
@@ -155,7 +207,7 @@ class Fit:
         push-pull, is found on the first frame of a sphere of half the width: renders with such tracks are slow."""
         trial_width = min((tried for tried in self.asked.widths if tried >= min(TRACKS_FROM, width)), key=lambda tried: abs(tried - width / 2))
         first = Measurer(self.work, self.codec, f"{self.asked.first}-{self.asked.first}")
-        without = first.at(by_scene(Fill(on_trial=True), self.told), trial_width, crf)
+        without = first.at(by_scene(Fill(on_trial=True), self.told, self.light), trial_width, crf)
         left_open, _ = first.gap_error(without)
         if left_open == 0:
             return fill
@@ -163,7 +215,7 @@ class Fit:
         for fill_pass, track in TRACKS.items():
             if track != "hidden" and trial_width < TRACKS_FROM:
                 continue
-            point = first.at(by_scene(Fill(f"{fill_pass},pushpull", track, on_trial=True), self.told), trial_width, crf)
+            point = first.at(by_scene(Fill(f"{fill_pass},pushpull", track, on_trial=True), self.told, self.light), trial_width, crf)
             left, times = first.gap_error(point)[0] / left_open, point.bytes / without.bytes
             gain_db = most_gained_db(share * (1 - left))
             worth = is_worth(gain_db, times, self.times_by_coding(width, crf, gain_db))
@@ -178,7 +230,7 @@ class Fit:
 
     def times_by_coding(self, width, crf, gain_db):
         """How much larger streams grow to gain as much by a finer CRF; None where they do not."""
-        way = by_scene(Fill(), self.told)
+        way = by_scene(Fill(), self.told, self.light)
         here = self.at(way, width, crf)
         self.at(way, width, max(BEST_CRF, crf - FINER))
         points = [(point.bytes, point.db) for point in self.measure.tried.values() if point.way == way and point.width == width and point.crf is not None]
@@ -192,7 +244,7 @@ class Fit:
         model, streamed = self.model(fill, width, crf), self.streamed(fill, width, crf)
         each = {chosen: (chosen.bytes_once, chosen.point.bytes) for chosen in (model, streamed) if chosen is not None}
         if not each:
-            raise Unreachable(self.at(by_scene(fill, self.told), width, BEST_CRF))
+            raise Unreachable(self.at(by_scene(fill, self.told, self.light), width, BEST_CRF))
         chosen = least_over(self.path_frames, each)
         if len(each) == 2 and streamed.point.bytes > model.point.bytes:
             even = math.ceil(model.bytes_once / (streamed.point.bytes - model.point.bytes))
@@ -208,7 +260,7 @@ class Fit:
 
     def model(self, fill, width, crf):
         """By the largest budget that costs less than CLOSE_DB; by the scene itself where none does."""
-        scene, made = self.at(by_scene(fill, self.told), width, crf), {}
+        scene, made = self.at(by_scene(fill, self.told, self.light), width, crf), {}
 
         def holds(budget_px):
             try:
@@ -216,31 +268,20 @@ class Fit:
             except Failed as failure:
                 print(failure)
                 return False
-            return self.at(by_model(fill, self.told, budget_px, file), width, crf).db > scene.db - CLOSE_DB
+            return self.at(by_model(fill, self.told, self.light, budget_px, file), width, crf).db > scene.db - CLOSE_DB
 
         budget_px = last_holding(BUDGETS_PX, holds, 2)
         if budget_px is None:
-            once, way, file = sum(file.stat().st_size for file in files_of(self.work.given)), by_scene(fill, self.told), ""
+            once, way, file = sum(file.stat().st_size for file in files_of(self.work.given)), by_scene(fill, self.told, self.light), ""
         else:
             file = made[budget_px]["model"]
-            once, way = made[budget_px]["bytes"], by_model(fill, self.told, budget_px, file)
+            once, way = made[budget_px]["bytes"], by_model(fill, self.told, self.light, budget_px, file)
         point = self.finest(way, width, crf)
         return point and Chosen(point, fill, once, model_px=budget_px or 0, model_file=file, told=self.told, geometry_file=self.work.given)
 
     def streamed(self, fill, width, crf):
         """Of the smallest share of bits that costs less than CLOSE_DB."""
-        most = self.at(by_streamed_depth(fill, self.told, SHARES[0]), width, crf)
-        share = last_holding(SHARES, lambda share: self.at(by_streamed_depth(fill, self.told, share), width, crf).db > most.db - CLOSE_DB)
-        point = self.finest(by_streamed_depth(fill, self.told, share), width, crf)
+        most = self.at(by_streamed_depth(fill, self.told, self.light, SHARES[0]), width, crf)
+        share = last_holding(SHARES, lambda share: self.at(by_streamed_depth(fill, self.told, self.light, share), width, crf).db > most.db - CLOSE_DB)
+        point = self.finest(by_streamed_depth(fill, self.told, self.light, share), width, crf)
         return point and Chosen(point, fill, 0, depth_share=share, told=self.told)
-
-    # -- the rest
-
-    def samples(self, width):
-        """A pixel of the sphere, for noise as small as the error; at least those that were measured."""
-        measured = self.asked.samples_at(width)
-        noise_db = self.measure.noise_db(by_scene(Fill(), self.told), width)
-        wanted = samples_for(measured, noise_db, self.level)
-        self.why.append(f"noise of {measured} samples a pixel of the sphere, as measured: {noise_db:.2f} dB, which are not among the dB above; "
-                        f"as little as {self.level:g} dB takes {wanted}")
-        return max(measured, wanted)

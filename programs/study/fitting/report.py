@@ -3,7 +3,6 @@
 import json
 import math
 
-from presets import SEEDS
 from render_list import DEPTH, WITH_MIRRORS, size_text
 from steps import write_whole
 
@@ -22,17 +21,17 @@ def aligned(rows):
 
 
 def tried(fit):
-    rows = [["tried", "columns", "of 2 pi f", "CRF", "dB [95 %]", "bytes a frame"]]
+    rows = [["tried", "samples", "columns", "of 2 pi f", "CRF", "dB [95 %]", "bytes a frame"]]
     for point in fit.measure.tried.values():
         of_matching = f"{point.width / fit.asked.matching:.2f}" if point.width else ""
-        rows.append([point.way.title, str(point.width or ""), of_matching, "none" if point.crf is None else str(point.crf), level_text(point),
+        rows.append([point.way.title, point.way.light.name, str(point.width or ""), of_matching, "none" if point.crf is None else str(point.crf), level_text(point),
                      f"{point.bytes:,.0f}" if point.bytes else ""])
     return aligned(rows)
 
 
 def n_text(asked):
-    return (f"n = {len(SEEDS)} seeds x 2 eyes x {asked.last - asked.first + 1} frames ({asked.first} to {asked.last}) of "
-            f"{size_text(asked.eye)} at {asked.fov_deg:g} degrees, {asked.samples} samples a pixel")
+    return (f"n = 2 eyes x {asked.last - asked.first + 1} frames ({asked.first} to {asked.last}) of "
+            f"{size_text(asked.eye)} at {asked.fov_deg:g} degrees, beside two truths of {asked.truth_samples} samples a pixel")
 
 
 def depth_text(chosen):
@@ -42,8 +41,8 @@ def depth_text(chosen):
 
 
 def chosen_text(chosen, fit):
-    return (f"{chosen.width}x{chosen.width // 2}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.passes}: "
-            f"{level_text(chosen.point)} dB, {chosen.point.bytes:,.0f} bytes a frame (of spheres of {fit.asked.samples_at(chosen.width)} samples a pixel; fewer of more)" + (f" and {chosen.bytes_once:,} once" if chosen.bytes_once else ""))
+    return (f"{chosen.width}x{chosen.width // 2}, {chosen.light.title}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.passes}: "
+            f"{level_text(chosen.point)} dB, {chosen.point.bytes:,.0f} bytes a frame" + (f" and {chosen.bytes_once:,} once" if chosen.bytes_once else ""))
 
 
 def views_text(chosen, fit):
@@ -119,7 +118,7 @@ def sections_of(chosen, asked, codec):
     track = chosen.fill.track
     sees = {"fill": quoted(chosen.fill.passes), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
     by_stream = {"depth": "auto", "depth-share": f"{chosen.depth_share:g}"} if chosen.depth_share else {"depth": "none"}
-    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.samples, "aovs": quoted((WITH_MIRRORS if chosen.told else DEPTH)[1]), **RENDERED.get(track, {})},
+    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.light.samples, **({"denoise": chosen.light.denoise} if chosen.light.denoise != "off" else {}), "aovs": quoted((WITH_MIRRORS if chosen.told else DEPTH)[1]), **RENDERED.get(track, {})},
             "encode": {"codec": codec, "crf": chosen.crf, "fill": track or "none", **by_stream, **({"mirrors": "always"} if chosen.told else {})},
             "model": {"error-px": f"{chosen.model_px:g}", "focal": f"{asked.focal_px:g}"} if chosen.model_px else {},
             "play": {**client_words(chosen), **({"depth": "stream"} if chosen.depth_share else {}), **sees},

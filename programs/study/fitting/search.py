@@ -79,8 +79,3 @@ def most_gained_db(share):
 def least_over(frames, each):
     """Of {name: (bytes once, bytes a frame)} the name that sends least over so many frames."""
     return min(each, key=lambda name: each[name][0] + frames * each[name][1])
-
-
-def samples_for(samples, noise_db, level):
-    """A pixel: noise falls as they grow."""
-    return math.ceil(samples * 10 ** ((level - noise_db) / 10))

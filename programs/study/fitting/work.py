@@ -9,11 +9,9 @@ import pathlib
 
 import equistream as es
 import found
-import numpy as np
 import render_list
 from experiments.systems import Coding, Player, System
-from found import decibels, gap_error
-from perceived import display, frames_of
+from found import gap_error
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
 
@@ -31,15 +29,20 @@ class Asked:
     fov_deg: float
     first: int
     last: int
-    samples: int
-    """A pixel of eyes and of a sphere that matches them."""
+    truth_samples: int
+    """A pixel of each of the two truths."""
+    most_samples: int
+    """A pixel of spheres that are tried."""
     times: float
-    """How much wider than that the widest sphere is."""
+    """How much wider the widest sphere is than one that matches the eyes."""
     name: str = "fit"
     repeat: int = 1
 
     def frame_range(self, _scene):
         return self.first, self.last
+
+    def truth_samples_of(self, _scene):
+        return self.truth_samples
 
     @property
     def focal_px(self):
@@ -56,21 +59,29 @@ class Asked:
 
     @property
     def widths(self):
-        """Half an octave apart, the widest first, down to a quarter of the matching one: every other one is exactly half as wide."""
+        """Half an octave apart, the widest first, down to a quarter of the matching one."""
         last = math.floor(2 * math.log2(4 * self.times) + 0.01)
-        unit = MULTIPLE * 2 ** (last // 2)
-        rendered = [max(1, round(self.matching * self.times / 2 ** (half / 2) / unit)) * unit for half in (0, 1)]
-        widths = [rendered[step % 2] // 2 ** (step // 2) for step in range(last + 1)]
+        widths = [max(1, round(self.matching * self.times / 2 ** (step / 2) / MULTIPLE)) * MULTIPLE for step in range(last + 1)]
         return [width for width in widths if width >= NARROWEST] or [NARROWEST]
 
-    def rendered_width(self, width):
-        """Of the sphere that the one of `width` is filtered from: one of the two widest."""
-        return self.widths[self.widths.index(width) % 2]
 
-    def samples_at(self, width):
-        """A pixel: every sphere has as many in all as one that matches, or as the widest with one a pixel."""
-        widest, rendered = self.widths[0], self.rendered_width(width)
-        return max(1, round(self.samples * (self.matching / widest) ** 2)) * (1 if rendered == widest else 2) * (rendered // width) ** 2
+@dataclasses.dataclass(frozen=True)
+class Light:
+    """How spheres and views are rendered."""
+    samples: int
+    """A pixel, whatever the width."""
+    denoise: str = "off"
+
+    @property
+    def name(self):
+        return f"{self.samples}spp" + (f"-{self.denoise}" if self.denoise != "off" else "")
+
+    @property
+    def title(self):
+        return f"{self.samples} sample{'s' if self.samples > 1 else ''} a pixel" + (f", denoised ({self.denoise})" if self.denoise != "off" else "")
+
+    def words(self, options):
+        return (*options, *(("--denoise", self.denoise) if self.denoise != "off" else ()))
 
 
 def files_of(description):
@@ -93,51 +104,50 @@ def fingerprint(description):
 class FitWork(SceneWork):
     def __init__(self, work, programs, description, asked, progress=None):
         self.given = description.resolve()
-        super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-{asked.samples}spp-{asked.widths[0]}-"
+        super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-truth{asked.truth_samples}-"
                          f"{fingerprint(description)}", asked, progress)
 
     @property
     def description(self):
         return self.given
 
-    def truth(self, seed):
-        return self.render(render_list.Render(f"truth-{seed}", seed, self.preset.samples, self.preset.eye, "both", fov_deg=self.preset.fov_deg))
+    def lit(self, name, light, size, eye, options=render_list.DEPTH, **more):
+        return self.render(render_list.Render(f"{name}-{light.name}", SEEDS[0], light.samples, size, eye, options=light.words(options), **more))
 
-    def perspective(self, seed):
-        return f"{self.truth(seed)}/left"
+    def eyes(self, light):
+        return self.lit("eyes", light, self.preset.eye, "both", fov_deg=self.preset.fov_deg)
 
-    def pair(self, seed):
-        return [f"{self.truth(seed)}/{eye}" for eye in render_list.EYES]
+    def light_sphere(self, place, width, light):
+        return self.lit(f"sphere-{width}", light, (width, width // 2), place)
 
-    def rendered_sphere(self, place, width, seed):
-        return self.render(render_list.Render(f"sphere-{width}-{seed}", seed, self.preset.samples_at(width), (width, width // 2), place))
+    def light_cpu_s(self, width, light):
+        """Of rendering that sphere."""
+        return json.loads((self.folder / f"steps/render-sphere-{width}-{light.name}.json").read_text())["cpu_s"]
 
-    def sphere(self, place, width, seed):
-        rendered = self.preset.rendered_width(width)
-        wide = self.rendered_sphere(place, rendered, seed)
-        return wide if width == rendered else self.narrowed(wide, width, seed)
+    def tells_of_mirrors(self, place):
+        width = self.preset.matching_width
+        told = self.render(render_list.geometry("mirrors", place, SEEDS[0], width, False, render_list.WITH_MIRRORS))
+        return any(bool(frame["specular"].any()) for frame in es.Sequence(self.folder / told / place, "specular"))
 
-    def told_sphere(self, place, seed, width=None):
-        """With what AOVs tell of mirrors and glass; of the width that matches the eyes unless told."""
-        width = width or self.preset.matching_width
-        return self.with_geometry(self.rendered_sphere(place, self.preset.rendered_width(width), seed), f"told-at-{width}", width, seed, render_list.WITH_MIRRORS)
+    def told_sphere(self, place, width, light):
+        """With what AOVs tell of mirrors and glass."""
+        return self.lit(f"told-{width}", light, (width, width // 2), place, render_list.WITH_MIRRORS)
 
-    def with_tracks(self, way, width, seed):
-        """Rendered as wide as it is, with the track that its fill takes; on trial the first frame, with all of them and few samples."""
+    def with_tracks(self, way, width):
+        """With the track that its fill takes; on trial the first frame, with all of them."""
         fill = way.fill
-        name = "-".join(["trial" if fill.on_trial else fill.track, *(["told"] if way.told else []), f"{width}-{seed}"])
-        samples = self.preset.samples if fill.on_trial else self.preset.samples_at(width)
+        name = "-".join(["trial" if fill.on_trial else fill.track, *(["told"] if way.told else []), str(width)])
         words = [word for track, word in RENDERED.items() if fill.on_trial or track == fill.track]
         aovs = render_list.WITH_MIRRORS if way.told else render_list.DEPTH
-        return self.render(render_list.Render(name, seed, samples, (width, width // 2), "centre", small=fill.on_trial or fill.track == "small",
-                                              options=(*aovs, *(word for word in words if word)), frames=1 if fill.on_trial else 0))
+        return self.lit(name, way.light, (width, width // 2), "centre", (*aovs, *(word for word in words if word)), small=fill.on_trial or fill.track == "small",
+                        frames=1 if fill.on_trial else 0)
 
     def scored(self, name, views, frames=None):
-        """Noise-free alone, and in gaps apart."""
-        (view, truth), (second, second_truth) = ((view, self.truth(seed)) for view, seed in zip(views, SEEDS))
-        gaps = ["--gaps", f"{view}/gaps"] if (self.folder / view / "gaps").exists() else []
+        """The whole error, and in gaps apart."""
+        truths = [self.truth(seed) for seed in SEEDS]
+        gaps = ["--gaps", f"{views[0]}/gaps"] if (self.folder / views[0] / "gaps").exists() else []
         chosen = ["--frames", frames] if frames else []
-        return {"noise_free": self.compare(name, view, truth, "--second", second, second_truth, "--metrics", "none", *gaps, *chosen)["eyes"]}
+        return {"whole": self.compare(name, views[0], truths[0], "--truth2", truths[1], "--metrics", "none", *gaps, *chosen)["eyes"]}
 
     def model(self, error_px):
         """The client's model of this budget: its file, relative, and what `model` said of it."""
@@ -160,6 +170,7 @@ class Fill:
 class Way(System):
     """A system that says itself how it is coded and played."""
     fill: Fill = Fill()
+    light: Light = Light(1)
     depth_share: float = 0
     """Of streamed depth."""
     geometry: tuple = ()
@@ -172,25 +183,29 @@ class Way(System):
         return ["--fill", self.fill.track or "none", *depth, *(["--mirrors", "always"] if self.told else [])]
 
 
-def sphere(title, fill, told, method="eye-depth", **more):
-    name = f"{title}-{fill.passes}{'-told' if told else ''}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
-    return Way(name, f"{title}, {fill.passes}{', mirrors told of' if told else ''}", ("centre",), ("--method", method, "--fill", fill.passes), small=False, fill=fill, told=told, **more)
+def sphere(title, fill, told, light, method="eye-depth", **more):
+    name = f"{title}-{fill.passes}{'-told' if told else ''}{'-trial' if fill.on_trial else ''}-{light.name}".replace(" ", "-").replace(",", "+")
+    return Way(name, f"{title}, {fill.passes}{', mirrors told of' if told else ''}", ("centre",), ("--method", method, "--fill", fill.passes), small=False, fill=fill, told=told, light=light, **more)
 
 
-def by_scene(fill, told):
-    return sphere("scene", fill, told)
+def by_scene(fill, told, light):
+    return sphere("scene", fill, told, light)
 
 
-def by_model(fill, told, budget_px, file):
-    return sphere(f"model {budget_px:g} px", fill, told, geometry=("--model", file))
+def by_model(fill, told, light, budget_px, file):
+    return sphere(f"model {budget_px:g} px", fill, told, light, geometry=("--model", file))
 
 
-def by_streamed_depth(fill, told, share):
-    return sphere(f"depth {share:g}", fill, told, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
+def by_streamed_depth(fill, told, light, share):
+    return sphere(f"depth {share:g}", fill, told, light, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
 
 
-PERSPECTIVE = Way("perspective", "perspective view", (), ("--method", "eye-depth", "--fill", "pushpull"), small=False)
-PAIR = Way("pair", "view of each eye", (), ("--method", "rotation", "--fill", "none"), depth="none", small=False, views=2)
+def perspective(light):
+    return Way(f"perspective-{light.name}", "perspective view", (), ("--method", "eye-depth", "--fill", "pushpull"), small=False, light=light)
+
+
+def pair(light):
+    return Way(f"pair-{light.name}", "view of each eye", (), ("--method", "rotation", "--fill", "none"), depth="none", small=False, views=2, light=light)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -207,11 +222,6 @@ class Point:
     entry: dict = dataclasses.field(compare=False, repr=False, default=None)
 
 
-def linear(file):
-    """A view, undone to light times exposure."""
-    return es.DisplayTransform().to_linear(display(file))
-
-
 class Measurer(Player):
     """Scores ways, each point once, and remembers what was tried in order."""
 
@@ -221,10 +231,17 @@ class Measurer(Player):
 
     def sources(self, system, width, seed):
         if system.fill.track or system.fill.on_trial:
-            return [self.work.with_tracks(system, width, seed)]
-        if system.told:
-            return [self.work.told_sphere(place, seed, width) for place in system.places]
-        return super().sources(system, width, seed)
+            return [self.work.with_tracks(system, width)]
+        if system.is_sphere:
+            made = self.work.told_sphere if system.told else self.work.light_sphere
+            return [made(place, width, system.light) for place in system.places]
+        eyes = self.work.eyes(system.light)
+        return [f"{eyes}/{eye}" for eye in render_list.EYES[:system.views]]
+
+    def play_seeds(self, system, width, coding, timed=False):
+        """One render beside two truths."""
+        view, said = self.play(system, width, coding, SEEDS[0], timed)
+        return [view], [said]
 
     def encoded(self, system, source, coding, name, timed=False):
         label = "-".join([system.fill.track or "alone", *([f"depth-{system.depth_share:g}"] if system.depth_share else [])])
@@ -238,16 +255,10 @@ class Measurer(Player):
         key = (way.name, width, crf)
         if key not in self.tried:
             entry = self.score(way, width, None if crf is None else Coding(self.codec, crf))
-            figures = found.error(entry)
-            self.tried[key] = Point(way, width, crf, found.db(entry), figures["db_low"], figures["db_high"], found.all_bytes(entry), entry)
+            figures = found.error(entry, kind=found.WHOLE)
+            self.tried[key] = Point(way, width, crf, found.whole_db(entry), figures["db_low"], figures["db_high"], found.all_bytes(entry), entry)
         return self.tried[key]
 
     @staticmethod
     def gap_error(point):
-        return gap_error(point.entry["noise_free"])
-
-    def noise_db(self, way, width):
-        """What one render's uncoded views have of it, on linear values as the error is: two renders differ by twice its square."""
-        views = [self.work.folder / view for view in self.at(way, width, None).entry["views"]]
-        pairs = [pair for eye in render_list.EYES for pair in zip(*(frames_of(view / eye) for view in views), strict=True)]
-        return decibels(float(np.mean([np.mean((linear(one) - linear(other)) ** 2) / 2 for one, other in pairs])))
+        return gap_error(point.entry["whole"], "whole")

@@ -7,7 +7,8 @@ from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting.choice import Chosen, Fit, Unreachable
 from fitting.report import sections_of, settings_text
-from fitting.work import Asked, Fill, Point
+from fitting.work import Asked, Fill, Light, Point, by_scene
+from steps import Failed
 
 
 class Counted:
@@ -81,13 +82,10 @@ class Search(unittest.TestCase):
         self.assertEqual(fit_search.least_over(49, each), "depth")
         self.assertEqual(fit_search.least_over(51, each), "model")
 
-    def test_ten_decibels_less_noise_are_ten_times_the_samples(self):
-        self.assertEqual(fit_search.samples_for(4, 20, 30), 40)
-
 
 class Widths(unittest.TestCase):
     def asked(self, times):
-        return Asked((640, 360), 90.0, 30, 31, 4, times)
+        return Asked((640, 360), 90.0, 30, 31, 64, 64, times)
 
     def test_the_matching_one_is_among_them(self):
         for times in (1, 2 ** 0.5, 2, 4):
@@ -96,21 +94,11 @@ class Widths(unittest.TestCase):
             self.assertLessEqual(widths[-1], 2 * math.pi * 320 / 3.9)
             self.assertTrue(all(wide > narrow and narrow % 16 == 0 for wide, narrow in zip(widths, widths[1:])))
 
-    def test_each_is_a_whole_fraction_of_one_that_is_rendered(self):
+    def test_steps_of_half_an_octave(self):
         for times in (2, 4):
-            self.check_fractions(self.asked(times))
-
-    def check_fractions(self, asked):
-        self.assertEqual({asked.rendered_width(width) for width in asked.widths}, set(asked.widths[:2]))
-        for width in asked.widths:
-            self.assertEqual(asked.rendered_width(width) % width, 0)
-            self.assertAlmostEqual(asked.samples_at(width) * width ** 2 / asked.widths[0] ** 2 / asked.samples_at(asked.widths[0]), 1, delta=0.05)
-
-    def test_a_sphere_that_matches_has_the_samples_of_the_views(self):
-        for times in (1, 2 ** 0.5):
-            asked = self.asked(times)
-            matching = min(asked.widths, key=lambda width: abs(width - asked.matching))
-            self.assertEqual(asked.samples_at(matching), 4)
+            widths = self.asked(times).widths
+            for wide, narrow in zip(widths, widths[1:]):
+                self.assertAlmostEqual(wide / narrow, 2 ** 0.5, delta=0.05)
 
 
 class MadeUp:
@@ -130,7 +118,8 @@ class MadeUp:
 
 class Mirrors(unittest.TestCase):
     def fit(self, level, scene):
-        fit = Fit(scene, Asked((640, 360), 90.0, 30, 31, 4, 2 ** 0.5), "h264", level, 300)
+        fit = Fit(scene, Asked((640, 360), 90.0, 30, 31, 64, 64, 2 ** 0.5), "h264", level, 300)
+        fit.light = Light(4)
         fit.at = scene.at
         return fit
 
@@ -159,16 +148,66 @@ class Mirrors(unittest.TestCase):
         self.assertTrue(short.exception.best.way.told)
 
 
+class Rendered:
+    """A scene whose error is noise, of which a denoiser takes most and adds a bias; a denoised sphere codes to half the bytes."""
+
+    def __init__(self, bias_db, has_denoiser=True):
+        self.bias_db, self.has_denoiser, self.rendered = bias_db, has_denoiser, []
+
+    def at(self, way, width, crf):
+        light = way.light
+        self.rendered.append(light)
+        squares = 10 ** (-20 / 10) / light.samples
+        if light.denoise != "off":
+            if not self.has_denoiser:
+                raise Failed("no denoiser")
+            squares = squares / 10 + 10 ** (-self.bias_db / 10)
+        db = -10 * math.log10(squares)
+        if crf is not None:
+            db -= 0.1 * crf
+        count = None if crf is None else 1000 * 2 ** (-crf / 6) * (0.5 if light.denoise != "off" else 1)
+        return Point(way, width, crf, db, db, db, count, None)
+
+    @staticmethod
+    def light_cpu_s(_width, light):
+        return light.samples
+
+
+class LeastLight(unittest.TestCase):
+    def chosen(self, level, scene):
+        fit = Fit(scene, Asked((640, 360), 90.0, 30, 31, 64, 64, 1), "h264", level, 300)
+        fit.at = scene.at
+        return fit.least_light(), fit
+
+    def test_few_samples_are_denoised_where_that_takes_fewer_bytes(self):
+        light, fit = self.chosen(30, Rendered(40))
+        self.assertEqual((light.samples, light.denoise), (2, "balanced"))
+        self.assertIn("bytes a frame coded to 30 dB: taken", fit.why[1])
+
+    def test_as_rendered_where_the_bias_is_in_the_way(self):
+        light, _ = self.chosen(30, Rendered(28))
+        self.assertEqual((light.samples, light.denoise), (16, "off"))
+
+    def test_as_rendered_without_a_denoiser(self):
+        light, fit = self.chosen(30, Rendered(40, has_denoiser=False))
+        self.assertEqual((light.samples, light.denoise), (16, "off"))
+        self.assertEqual(len(fit.why), 1)
+
+    def test_the_best_where_none_has_it(self):
+        light, _ = self.chosen(50, Rendered(40))
+        self.assertEqual(light.denoise, "balanced")
+
+
 class Words(unittest.TestCase):
     def test_sections(self):
-        asked = Asked((640, 360), 90.0, 30, 31, 4, 1)
-        point = Point(None, 1008, 30, 25.1, 25.0, 25.2, 9000, None)
-        by_stream = sections_of(Chosen(point, Fill("hidden,pushpull", "hidden"), 0, depth_share=0.05, samples=16), asked, "h264")
-        self.assertEqual(by_stream["render"], {"eye": "centre", "size": "1008x504", "spp": 16, "aovs": '"depth"', "layers": "true"})
+        asked = Asked((640, 360), 90.0, 30, 31, 64, 64, 1)
+        point = Point(by_scene(Fill(), False, Light(16, "balanced")), 1008, 30, 25.1, 25.0, 25.2, 9000, None)
+        by_stream = sections_of(Chosen(point, Fill("hidden,pushpull", "hidden"), 0, depth_share=0.05), asked, "h264")
+        self.assertEqual(by_stream["render"], {"eye": "centre", "size": "1008x504", "spp": 16, "denoise": "balanced", "aovs": '"depth"', "layers": "true"})
         self.assertEqual((by_stream["encode"]["depth"], by_stream["encode"]["fill"], by_stream["play"]["depth"]), ("auto", "hidden", "stream"))
         self.assertEqual(by_stream["view"]["method"], "mesh")
         self.assertNotIn("mirrors", by_stream["encode"])
-        by_model = sections_of(Chosen(point, Fill(), 5, model_px=4, told=True, geometry_file="/a b/m.json", samples=16), asked, "h265")
+        by_model = sections_of(Chosen(point, Fill(), 5, model_px=4, told=True, geometry_file="/a b/m.json"), asked, "h265")
         self.assertEqual((by_model["render"]["aovs"], by_model["encode"]["mirrors"]), ('"depth,specular,virtual"', "always"))
         self.assertEqual(by_model["play"]["model"], '"/a b/m.json"')
         self.assertEqual((by_model["encode"]["depth"], by_model["model"]), ("none", {"error-px": "4", "focal": "320"}))
