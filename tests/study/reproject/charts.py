@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws docs/results/reproject/accuracy-time.svg from the JSON files of docs/results/reproject/accuracy and nothing else.
+"""Draws docs/results/reproject/accuracy-time.svg from docs/results/reproject/accuracy.json and nothing else.
 
     charts.py [--results FOLDER]
 """
@@ -59,7 +59,7 @@ def main():
     folder = parser.parse_args().results
     found = results.load("accuracy", folder)
     if not found:
-        raise SystemExit(f"charts.py: {folder / 'accuracy'}: expected SCENE.json files, found none")
+        raise SystemExit(f"charts.py: {folder / 'accuracy.json'}: expected scenes, found none")
     plt.rcParams.update(STYLE)
     figure, panels = plt.subplots(len(HEADS), len(found), figsize=(3.6 * len(found), 7.4), squeeze=False, sharey="row", layout="constrained")
     for column, result in enumerate(found.values()):
