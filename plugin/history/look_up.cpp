@@ -20,7 +20,7 @@ constexpr float rim_gap_px = 2, sliding_px = 0.05f;
 constexpr float least_weight = 0.1f;
 /// Earlier frames that count where resampling blurs: where something slides along something else, what a pixel shows of
 /// each changes; beside it neighbours are missing. More would gain less noise than they cost.
-constexpr float rim_frames = 2, edge_frames = 4;
+constexpr float rim_frames = 3, edge_frames = 5;
 
 /// But for how a path's numbers are rounded.
 bool is_held(const Pose& before, const Pose& now) {
