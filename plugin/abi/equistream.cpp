@@ -160,9 +160,7 @@ Image<T> copied(const es_plane& plane, int width, int height) {
 void accumulate(const es_frame& frame, Frame& finished) {
     frame.history->accumulate(finished, frame.before);
     const std::vector<std::string>& planes = frame.sequence->manifest().planes;
-    const auto is_unwanted = [&](const auto& plane) {
-        return std::ranges::find(planes, plane.first) == planes.end() && !plane.first.starts_with("guide_");
-    };
+    const auto is_unwanted = [&](const auto& plane) { return std::ranges::find(planes, plane.first) == planes.end(); };
     std::erase_if(finished.planes, is_unwanted);
     std::erase_if(finished.ids, is_unwanted);
 }
@@ -172,7 +170,7 @@ void denoise(const es_frame& frame, Frame& finished) {
     const std::vector<std::string>& planes = frame.sequence->manifest().planes;
     const auto is_wanted = [&](const char* name) { return std::ranges::find(planes, name) != planes.end(); };
     FloatImage& colour = finished.planes.at("colour");
-    if (is_wanted("raw")) {
+    if (is_wanted("raw") || frame.history) {
         FloatImage raw(colour.width(), colour.height(), 3);
         for (int y = 0; y < raw.height(); ++y)
             for (int x = 0; x < raw.width(); ++x)
@@ -315,10 +313,10 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
         Frame finished;
         finished.info = frame->info;
         frame->film.finish(finished);
-        if (frame->history)
-            accumulate(*frame, finished);
         if (frame->denoiser)
             denoise(*frame, finished);
+        if (frame->history)
+            accumulate(*frame, finished);
         frame->sequence->write(finished, frame->film.left_out_samples());
     });
 }

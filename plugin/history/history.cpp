@@ -12,8 +12,6 @@ namespace {
 constexpr float brightest = 65504;
 /// Frames that the quick mean is over, at most.
 constexpr float recent_frames = 4;
-/// Earlier frames that count where something slides along something else: what a pixel there shows of each changes.
-constexpr float rim_frames = 4;
 /// Pixels around one, in which a change of light is looked for.
 constexpr int radii[] = {3, 10, 31};
 /// Squared standard errors that noise alone never reaches.
@@ -22,6 +20,10 @@ constexpr float noise2 = 16;
 constexpr float least_change = 0.001f;
 /// Pixels over which a denoiser or an eye takes means: bias weighs so much more than noise.
 constexpr float seen_together = 100;
+/// Pixels around one over which denoised and accumulated light are told apart, and how surely: noise alone gives none
+/// of the latter a share.
+constexpr int share_radius = 4;
+constexpr double share_noise = 1.5;
 
 float brightness(const glm::vec4& colour) {
     return luminance(glm::vec3(colour));
@@ -51,12 +53,15 @@ void History::resize(const FrameInfo& info) {
     changes_.resize(pixels);
     row_sums_.resize(pixels);
     bias2_.resize(pixels);
+    shares_.resize(pixels);
 }
 
 History::Planes::Planes(const Frame& frame)
     : colour(frame.planes.at("colour").samples().data()), backward(frame.planes.at("backward").samples().data()),
       virtual_backward(frame.planes.at("virtual_backward").samples().data()),
       samples_a_pixel(static_cast<float>(frame.info.samples_per_pixel)) {
+    if (const auto found = frame.planes.find("raw"); found != frame.planes.end())
+        raw = found->second.samples().data();
     if (const auto found = frame.planes.find("samples"); found != frame.planes.end()) {
         samples = found->second.samples().data();
         variance = frame.planes.at("variance").samples().data();
@@ -66,10 +71,11 @@ History::Planes::Planes(const Frame& frame)
 History::Fresh History::fresh(const Planes& planes, std::size_t pixel) {
     Fresh f;
     const float* rgba = planes.colour + 4 * pixel;
-    if (!std::all_of(rgba, rgba + 4, [](float v) { return std::isfinite(v); }))
+    const float* rgb = planes.raw == nullptr ? rgba : planes.raw + 3 * pixel;
+    if (!std::all_of(rgb, rgb + 3, [](float v) { return std::isfinite(v); }) || !std::isfinite(rgba[3]))
         return f;
-    f.colour = glm::vec4(rgba[0], rgba[1], rgba[2], rgba[3]);
-    f.colour = glm::min(f.colour, glm::vec4(brightest));
+    f.colour = glm::min(glm::vec4(rgb[0], rgb[1], rgb[2], rgba[3]), glm::vec4(brightest));
+    f.denoised = glm::min(glm::vec3(rgba[0], rgba[1], rgba[2]), glm::vec3(brightest));
     f.level = brightness(f.colour);
     f.count = planes.samples == nullptr ? planes.samples_a_pixel : planes.samples[pixel];
     if (planes.samples != nullptr && f.count > 1) {
@@ -94,8 +100,9 @@ History::Change History::change(const Mean& carried, const Fresh& fresh) const {
             level, 1};
 }
 
-/// Sums of `changes_` over rows of 2 radius + 1 columns into `row_sums_`, then the largest bias that any square shows.
-void History::sum_around(int radius) {
+/// Sums of `changes_` over squares of 2 radius + 1 pixels: use(pixel, sum) where there are any.
+template <typename Use>
+void History::sum_around(int radius, const Use& use) {
     struct Sum {
         double difference = 0, variance = 0, level = 0, count = 0;
         void add(const Change& c, double sign) {
@@ -131,13 +138,8 @@ void History::sum_around(int radius) {
             add(y, 1);
         for (int y = 0; y < height_; ++y) {
             add(y + radius, 1);
-            if (sum.count > 0.5) {
-                const double floor = double(least_change) * sum.level / sum.count;
-                const double difference = sum.difference / sum.count;
-                const double noise = double(noise2) * std::max(sum.variance, 0.0) / (sum.count * sum.count);
-                float& bias2 = bias2_[index(x, y)];
-                bias2 = std::max(bias2, static_cast<float>(difference * difference - noise - floor * floor));
-            }
+            if (sum.count > 0.5)
+                use(index(x, y), sum);
             add(y - radius, -1);
         }
     });
@@ -145,7 +147,28 @@ void History::sum_around(int radius) {
 
 void History::find_changes() {
     for (const int radius : radii)
-        sum_around(radius);
+        sum_around(radius, [&](std::size_t pixel, const auto& sum) {
+            const double floor = double(least_change) * sum.level / sum.count;
+            const double difference = sum.difference / sum.count;
+            const double noise = double(noise2) * std::max(sum.variance, 0.0) / (sum.count * sum.count);
+            bias2_[pixel] =
+                std::max(bias2_[pixel], static_cast<float>(difference * difference - noise - floor * floor));
+        });
+}
+
+/// By how much the two differ beyond the mean's own noise, where nothing moves. There alone is that noise known: it is
+/// fresh in every pixel.
+void History::find_shares() {
+    for (std::size_t i = 0; i < changes_.size(); ++i) {
+        const Mean& m = means_[0][i];
+        const float off = brightness(m.colour) - luminance(m.denoised);
+        changes_[i] = m.count > 0 && std::isinf(m.most) ? Change{off * off, m.variance / m.count, 0, 1} : Change{};
+    }
+    std::ranges::fill(shares_, 0.0f);
+    sum_around(share_radius, [&](std::size_t pixel, const auto& sum) {
+        if (changes_[pixel].count > 0 && sum.difference > share_noise * sum.variance)
+            shares_[pixel] = static_cast<float>(1 - share_noise * std::max(sum.variance, 0.0) / sum.difference);
+    });
 }
 
 /// Both means: which of them lags is not known.
@@ -159,24 +182,24 @@ void History::forget(Mean& carried, float bias2) {
     carried.freedom *= kept;
 }
 
-void History::mix(Mean& carried, const Fresh& fresh, bool rim) const {
+void History::mix(Mean& carried, const Fresh& fresh) const {
     Mean& m = carried;
     const float n = fresh.count;
     if (n <= 0)
         return;
     if (m.count <= 0 || m.recent_count <= 0) {
-        m = {fresh.colour, n, fresh.variance, fresh.freedom, fresh.level, n, m.moved};
+        m = {fresh.colour, fresh.denoised, n, fresh.variance, fresh.freedom, fresh.level, n, m.most};
         return;
     }
-    const float most = (rim ? std::min(rim_frames, frames_) : frames_) * n;
-    const float kept = m.moved ? std::min(m.count, most) : m.count;
+    const float kept = std::min(m.count, m.most * n);
     const float weight = n / (kept + n);
     const float off = fresh.level - brightness(m.colour);
-    const float freedom = m.moved ? std::min(m.freedom, most) : m.freedom;
+    const float freedom = std::min(m.freedom, m.most * n);
     m.variance = (freedom * m.variance + fresh.freedom * fresh.variance + off * off * kept * weight) /
                  (freedom + fresh.freedom + 1);
     m.freedom = freedom + fresh.freedom + 1;
     m.colour += weight * (fresh.colour - m.colour);
+    m.denoised += weight * (fresh.denoised - m.denoised);
     m.count = worth(m.count, 1 - weight, n, weight);
     const float recent_weight = n / (std::min(m.recent_count, recent_frames * n) + n);
     m.recent += recent_weight * (fresh.level - m.recent);
@@ -185,6 +208,7 @@ void History::mix(Mean& carried, const Fresh& fresh, bool rim) const {
 
 void History::write(Frame& frame) const {
     FloatImage& colour = frame.planes.at("colour");
+    const auto raw = frame.planes.find("raw");
     for (const char* name : {"samples", "variance"})
         if (FloatImage& plane = frame.planes[name]; plane.empty())
             plane = FloatImage(width_, height_, 1);
@@ -192,8 +216,14 @@ void History::write(Frame& frame) const {
     for_each_row(height_, [&](int y) {
         const Mean* m = &means_[0][index(0, y)];
         for (int x = 0; x < width_; ++x, ++m) {
-            for (int c = 0; c < 4; ++c)
-                colour.pixel(x, y)[c] = std::max(m->colour[c], 0.0f);
+            const float share = raw == frame.planes.end() ? 1 : shares_[index(x, y)];
+            for (int c = 0; c < 3; ++c) {
+                if (raw != frame.planes.end())
+                    raw->second.pixel(x, y)[c] = std::max(m->colour[c], 0.0f);
+                if (raw == frame.planes.end() || m->count > 0)  // else as the denoiser fills it
+                    colour.pixel(x, y)[c] = std::max(glm::mix(m->denoised[c], m->colour[c], share), 0.0f);
+            }
+            colour.pixel(x, y)[3] = std::max(m->colour[3], 0.0f);
             const float level = brightness(m->colour);
             *samples.pixel(x, y) = m->count;
             *variance.pixel(x, y) = m->count > 0 ? std::min((m->freedom > 0 ? m->variance : level * level) / m->count,
@@ -232,9 +262,11 @@ void History::accumulate(Frame& frame, const Before& before) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
             forget(means_[0][i], bias2_[i]);
-            mix(means_[0][i], fresh(planes, i), seen_[0][i].rim);
+            mix(means_[0][i], fresh(planes, i));
         }
     });
+    if (planes.raw != nullptr)
+        find_shares();
     write(frame);
     exposure_ = info.exposure;
     last_ = Before{info.index, info.camera_pose};

@@ -11,6 +11,11 @@
 /// over time has it (Karis, "High Quality Temporal Supersampling", 2014), remember little, and give nothing to pixels
 /// that are no rims: otherwise what comes out behind an edge would be smeared with the edge's colour.
 ///
+/// A denoiser goes first, frame by frame: what it leaves differs from frame to frame, so that a mean loses it, while
+/// the mean's own noise, resampled over and over, hangs together from pixel to pixel and would pass for detail. Its
+/// frames are carried on by the same weights. Where nothing moves, the mean of what it was given is at last nearer to
+/// the truth, so the two are mixed by their errors (James and Stein, "Estimation with Quadratic Loss", 1961).
+///
 /// A change of light shows as a difference between the mean and a quicker one over neighbourhoods, beyond what their
 /// variances explain (the idea of A-SVGF, Schied et al. 2018, and of ReLAX's two histories). It is taken for the mean's
 /// bias b. An eye sees the mean of many pixels k, and so less of noise of variance V, but all of the bias: the mean is
@@ -46,10 +51,11 @@ public:
         Pose camera_pose;
     };
 
-    /// Turns a frame's colour into the mean of all frames, and fills planes "samples" and "variance" (aov.h). Where
-    /// the frame has them they are its own: samples, and the variance of their mean. Otherwise every pixel with finite
-    /// colour has info.samples_per_pixel of them, and variance is learnt from frame to frame. Unless `before` is the
-    /// frame last given, the memory begins anew. The frame has history_aovs and is no atlas of patches.
+    /// Turns a frame's colour into the mean of all frames, and fills planes "samples" and "variance" (aov.h). A frame
+    /// that is denoised also has plane "raw", which becomes the mean of what it was. Where the frame has them samples
+    /// and variance are its own: of their mean. Otherwise every pixel with finite colour has info.samples_per_pixel of
+    /// them, and variance is learnt from frame to frame. Unless `before` is the frame last given, the memory begins
+    /// anew. The frame has history_aovs and is no atlas of patches.
     void accumulate(Frame& frame, const Before& before);
 
     /// Samples a pixel for each tile of the next frame, row by row, `next.samples_per_pixel` on average: more where the
@@ -60,12 +66,13 @@ private:
     /// What is known of a pixel's radiance.
     struct Mean {
         glm::vec4 colour{0};
+        glm::vec3 denoised{0};
         float count = 0;     ///< independent samples that it is worth
         float variance = 0;  ///< of one sample's luminance
         float freedom = 0;   ///< degrees of it
         float recent = 0;    ///< luminance over the last few frames
         float recent_count = 0;
-        bool moved = false;  ///< into this frame
+        float most = 0;  ///< frames that count at most; infinite where it stayed in its pixel
     };
     /// What its centre's ray met.
     struct Seen {
@@ -80,6 +87,7 @@ private:
     /// What this frame alone says of a pixel.
     struct Fresh {
         glm::vec4 colour{0};
+        glm::vec3 denoised{0};
         float level = 0;     ///< luminance
         float count = 0;     ///< samples
         float variance = 0;  ///< of one of them
@@ -91,10 +99,11 @@ private:
         float difference = 0, variance = 0, level = 0, count = 0;
     };
 
-    /// First samples of what a frame brings; `samples` and `variance` are null where it does not say.
+    /// First samples of what a frame brings; null where it does not say.
     struct Planes {
         explicit Planes(const Frame& frame);
-        const float *colour, *backward, *virtual_backward, *samples = nullptr, *variance = nullptr;
+        const float *colour, *backward, *virtual_backward;
+        const float *raw = nullptr, *samples = nullptr, *variance = nullptr;
         float samples_a_pixel;
     };
     struct Poses {
@@ -114,16 +123,18 @@ private:
     Mean carried(const Planes& planes, int x, int y, const Poses& poses);
     Sought sought(const Planes& planes, int x, int y, const Poses& poses) const;
     bool is_same(const Sought& sought, int x, int y) const;
+    bool is_own_rim(const Sought& sought, int x, int y) const;
     bool goes_along(const Sought& sought, int x, int y) const;
     std::ptrdiff_t place(int x, int y) const;
     Mean found(const Sought& sought) const;
-    bool all_go_along(const Sought& sought, int left, int top) const;
-    void sharpen(Mean& mean, int left, int top, glm::vec2 past) const;
+    bool sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::vec2 past) const;
     Change change(const Mean& carried, const Fresh& fresh) const;
     void find_changes();
-    void sum_around(int radius);
+    void find_shares();
+    template <typename Use>
+    void sum_around(int radius, const Use& use);
     static void forget(Mean& carried, float bias2);
-    void mix(Mean& carried, const Fresh& fresh, bool rim) const;
+    void mix(Mean& carried, const Fresh& fresh) const;
     void write(Frame& frame) const;
 
     float frames_;
@@ -136,6 +147,7 @@ private:
     std::array<std::vector<Seen>, 2> seen_;
     std::vector<Change> changes_, row_sums_;
     std::vector<float> bias2_;
+    std::vector<float> shares_;  ///< of the mean in what is shown, beside the denoised one
 };
 
 // What both of its files do.

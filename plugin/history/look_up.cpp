@@ -18,6 +18,9 @@ constexpr float normal_tolerance = 0.9f, turning_normal_tolerance = 0.8f;
 constexpr float rim_gap_px = 2, sliding_px = 0.05f;
 /// Less of a bilinear look-up's weight on the same thing is too far aside.
 constexpr float least_weight = 0.1f;
+/// Earlier frames that count where resampling blurs: where something slides along something else, what a pixel shows of
+/// each changes; beside it neighbours are missing. More would gain less noise than they cost.
+constexpr float rim_frames = 3, edge_frames = 5;
 
 /// But for how a path's numbers are rounded.
 bool is_held(const Pose& before, const Pose& now) {
@@ -198,48 +201,53 @@ bool History::is_same(const Sought& sought, int x, int y) const {
     return std::min(deeper_m, off_plane_m) < depth_tolerance * sought.distance_m;
 }
 
-/// Whether what is seen there moves as what is sought, though it may be another thing: what both show where they meet
-/// moves along too.
-bool History::goes_along(const Sought& sought, int x, int y) const {
-    if (is_same(sought, x, y))
-        return true;
+bool History::is_own_rim(const Sought& sought, int x, int y) const {
     const std::ptrdiff_t at = place(x, y);
-    const Seen& here = sought.here;
-    if (at < 0 || here.specular || !(means_[1][static_cast<std::size_t>(at)].count > 0))
+    const Seen* const there = at < 0 ? nullptr : &seen_[1][static_cast<std::size_t>(at)];
+    return there != nullptr && there->rim && there->object == sought.own.object &&
+           there->instance == sought.own.instance;
+}
+
+/// Whether what is seen there moves as what is sought, though it may be another thing: what both show where they meet
+/// moves along too. At a rim everything does: it is a mean of what is on both sides.
+bool History::goes_along(const Sought& sought, int x, int y) const {
+    const std::ptrdiff_t at = place(x, y);
+    if (at < 0 || !(means_[1][static_cast<std::size_t>(at)].count > 0))
         return false;
+    if (sought.own.rim || is_same(sought, x, y))
+        return true;
+    const Seen& here = sought.here;
     const Seen& there = seen_[1][static_cast<std::size_t>(at)];
-    if (sought.own.rim)
-        return there.rim && there.object == sought.own.object && there.instance == sought.own.instance;
     const float near_there = there.endless ? 0 : 1 / glm::length(there.point_m);
     const float near_here = here.endless ? 0 : 1 / sought.distance_m;
-    return sought.is_static && there.fixed && !there.specular && !there.rim &&
+    return sought.is_static && !here.specular && there.fixed && !there.specular && !there.rim &&
            sought.slide_px * std::abs(near_there - near_here) < sliding_px;
 }
 
-/// The twelve around the middle four.
-bool History::all_go_along(const Sought& sought, int left, int top) const {
-    for (int j = -1; j < 3; ++j)
-        for (int i = -1; i < 3; ++i)
-            if ((i < 0 || i > 1 || j < 0 || j > 1) && !goes_along(sought, left + i, top + j))
-                return false;
-    return true;
-}
-
-void History::sharpen(Mean& mean, int left, int top, glm::vec2 past) const {
+/// From a middle four that go along; another that does not is taken for the nearest of these. Whether all do.
+bool History::sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::vec2 past) const {
     const std::array<float, 4> across = cubic(past.x), along = cubic(past.y);
     mean.colour = glm::vec4(0);
+    mean.denoised = glm::vec3(0);
     mean.recent = 0;
-    for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i) {
-            const Mean& m = means_[1][static_cast<std::size_t>(place(left + i - 1, top + j - 1))];
-            const float weight = across[static_cast<std::size_t>(i)] * along[static_cast<std::size_t>(j)];
+    bool whole = true;
+    for (int j = -1; j < 3; ++j)
+        for (int i = -1; i < 3; ++i) {
+            const int x = std::clamp(i, 0, 1), y = std::clamp(j, 0, 1);
+            const bool here = (x == i && y == j) || goes_along(sought, corner.x + i, corner.y + j);
+            whole = whole && here;
+            const Mean& m =
+                means_[1][static_cast<std::size_t>(place(corner.x + (here ? i : x), corner.y + (here ? j : y)))];
+            const float weight = across[static_cast<std::size_t>(i + 1)] * along[static_cast<std::size_t>(j + 1)];
             mean.colour += weight * m.colour;
+            mean.denoised += weight * m.denoised;
             mean.recent += weight * m.recent;
         }
+    return whole;
 }
 
-/// Sharp where everything around is the same thing, so that a picture carried on for long does not blur; else the mean
-/// of what is. Count and variance never come out better than their neighbours'.
+/// Sharp where everything around is the same thing, so that a picture carried on for long does not blur; elsewhere few
+/// frames count. Count and variance never come out better than their neighbours'.
 History::Mean History::found(const Sought& sought) const {
     const float u = sought.u - 0.5f, v = sought.v - 0.5f;
     if (!(std::abs(u) < 1e6f && std::abs(v) < 1e6f))
@@ -251,7 +259,7 @@ History::Mean History::found(const Sought& sought) const {
         if (!is_same(sought, x, y))
             return {};
         Mean same = at(x, y);
-        same.moved = false;
+        same.most = std::numeric_limits<float>::infinity();
         return same;
     }
     const float right = u - static_cast<float>(left), down = v - static_cast<float>(top);
@@ -265,13 +273,14 @@ History::Mean History::found(const Sought& sought) const {
             if (!goes_along(sought, left + i, top + j))
                 continue;
             ++along;
-            if (sought.own.rim || is_same(sought, left + i, top + j))
+            if (sought.own.rim ? is_own_rim(sought, left + i, top + j) : is_same(sought, left + i, top + j))
                 same += weight;
             const Mean& m = at(left + i, top + j);
             weights += weight;
             shares += weight / m.count;
             recent_shares += weight / m.recent_count;
             sum.colour += weight * m.colour;
+            sum.denoised += weight * m.denoised;
             sum.variance += weight * m.variance;
             sum.freedom += weight * m.freedom;
             sum.recent += weight * m.recent;
@@ -280,14 +289,14 @@ History::Mean History::found(const Sought& sought) const {
         return {};
     const float scale = 1 / weights;
     sum.colour *= scale;
+    sum.denoised *= scale;
     sum.variance *= scale;
     sum.freedom *= scale;
     sum.recent *= scale;
     sum.count = weights / shares;
     sum.recent_count = weights / recent_shares;
-    sum.moved = true;
-    if (along == 4 && all_go_along(sought, left, top))
-        sharpen(sum, left, top, {right, down});
+    const bool whole = along == 4 && sharpen(sum, sought, {left, top}, {right, down});
+    sum.most = std::min(frames_, sought.own.rim ? rim_frames : whole ? frames_ : edge_frames);
     return sum;
 }
 

@@ -142,6 +142,20 @@ class Embree(Live):
         np.testing.assert_allclose(received.frames[-1]["head"]["orientation_wxyz"], turned(0.5), atol=1e-12)
         self.assert_depth_follows(received, low, high)
 
+    def test_a_still_viewers_pictures_lose_their_noise(self):
+        server = self.serve("--accumulate", 32)
+        viewer = Viewer(server)
+        viewer.send(pose_message(self.begin))
+        self.wait_to_see(viewer, self.begin)
+        viewer.wait_for_more(16)
+        server.end()
+        viewer.wait_for_end()
+        received = self.received(viewer)
+        self.assertTrue(received.whole, received.truncation)
+        pictures = np.frombuffer(received.decoded(0, "-pix_fmt", "gray", "-f", "rawvideo"), np.uint8).reshape(-1, HEIGHT, WIDTH)[:-1].astype(float)
+        changes = np.mean(np.abs(np.diff(pictures, axis=0)), axis=(1, 2))
+        self.assertLess(np.mean(changes[-3:]), 0.4 * np.max(changes))  # a tenth, but for what moves and the codec
+
     def test_what_is_no_pose_changes_nothing(self):
         server = self.serve("--json")
         viewer = Viewer(server)

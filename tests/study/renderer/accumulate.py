@@ -44,7 +44,7 @@ class Sequence:
         self.es, self.folder, self.first_plane = es, folder, first_plane
 
     def planes(self, index, *names):
-        return self.es.read_frame(self.folder / f"centre/frame.{index:04d}.exr", *names)
+        return self.es.read_frame(self.folder / f"centre/frame.{index:04d}.exr", names)
 
     def shown(self, index, plane=None):
         frame = self.planes(index, plane or self.first_plane)

@@ -254,6 +254,57 @@ TEST(History, AStillHeadsMeanIsThatOfAllSamples) {
     EXPECT_GT(after_a_walk.mean(f, "samples"), 900);
 }
 
+/// The next frame with what a denoiser would make of it: the truth times `scale`, and noise in blocks of four by four.
+Frame next_denoised(World& world, const Pose& pose, float scale, float block_noise) {
+    const Pose before = world.index < 0 ? pose : world.last;
+    Frame f = world.frame(world.index + 1, pose, before);
+    const int width = world.truth.width(), height = world.truth.height();
+    std::normal_distribution<float> noise;
+    std::mt19937_64 random(100 + std::uint64_t(world.index + 1));
+    std::vector<float> blocks(static_cast<std::size_t>(width * height));
+    std::ranges::generate(blocks, [&] { return block_noise * noise(random); });
+    f.planes["raw"] = FloatImage(width, height, 3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            std::copy_n(f.planes["colour"].pixel(x, y), 3, f.planes["raw"].pixel(x, y));
+            const float off = blocks[static_cast<std::size_t>(y / 4 * width + x / 4)];
+            std::fill_n(f.planes["colour"].pixel(x, y), 3, scale * *world.truth.pixel(x, y) + off);
+        }
+    world.history.accumulate(f, {world.index, before});
+    world.last = pose;
+    ++world.index;
+    return f;
+}
+
+TEST(History, DenoisedFramesAreCarriedOnByTheSameWeights) {
+    World world(view, wall), plain(view, wall);
+    Frame f, expected;
+    for (int i = 0; i < 16; ++i) {
+        const Pose pose = at(0.07 * i, 0.02 * i, -0.03 * i);
+        f = next_denoised(world, pose, 1, 0.1f);
+        expected = plain.next(pose);
+    }
+    EXPECT_LT(world.square_error(f), 0.01 / 10);
+    for (std::size_t i = 0; i < expected.planes["samples"].samples().size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            ASSERT_EQ(f.planes["raw"].samples()[3 * i + c], expected.planes["colour"].samples()[4 * i + c]) << i;
+}
+
+TEST(History, AStillHeadsDenoisedFramesLoseTheirBiasAndGainNoNoise) {
+    World biased(sphere, ball), exact(sphere, ball);
+    Frame f, g;
+    for (int i = 0; i < 200; ++i) {
+        f = next_denoised(biased, at(0), 0.8f, 0);
+        g = next_denoised(exact, at(0), 1, 0);
+        if (i == 0) {
+            EXPECT_NEAR(biased.square_error(f), 0.04 * 1.05, 0.01);
+        }
+    }
+    const double noise = 0.25 * 1.05 / 800;
+    EXPECT_LT(biased.square_error(f), 2 * noise);  // of a bias of 0.04
+    EXPECT_LT(exact.square_error(g), 0.05 * noise);
+}
+
 TEST(History, NoiseAloneIsNeverTakenForLight) {
     for (const auto& [noise, deviation] : {std::pair(Noise(gaussian), 0.5), {Noise(fireflies), 7.0}}) {
         World world(sphere, ball, noise);
