@@ -246,8 +246,14 @@ void find_openings(const TracedScene& scene, std::span<const SkyRecord> records,
         };
     });
     std::erase_if(places, [](const Place& p) { return !(p.light > 0); });
+    float all_light = 0;
+    for (const SkyRecord& r : records)
+        all_light += r.weight * r.light;
+    const std::size_t before = openings.size();
     if (places.size() > 1)
         cover(std::move(places), most, openings);
+    for (std::size_t k = before; k < openings.size(); ++k)
+        openings[k].share /= all_light;
     float total = 0;
     for (const SkyOpening& opening : openings)
         total += opening.share;
@@ -259,7 +265,7 @@ void find_openings(const TracedScene& scene, std::span<const SkyRecord> records,
 
 SkyOpenings learn_openings(const TracedScene& scene, std::span<const glm::vec3> eyes, unsigned threads) {
     const auto& image = scene.lights.sky_image;
-    if (eyes.empty() || (is_black(scene.lights.sky) && (!image || image->is_black())))
+    if (eyes.empty() || !scene.options.next_event || (is_black(scene.lights.sky) && (!image || image->is_black())))
         return {};
     std::vector<SkyRecord> records;
     std::vector<SkyOpening> openings;

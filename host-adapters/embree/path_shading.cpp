@@ -119,6 +119,7 @@ bool Worker::shade(std::uint32_t index, const Hit& hit) {
     const float alpha_floor = path.after_rough && !scene_.options.unbiased ? path.cone.spread_rad : 0;
     const Bsdf bsdf(parameters, glm::dot(point.normal, -path.direction), alpha_floor);
     const ShadingFrame frame(point.normal);
+    lit_by_ = {};
     if (scene_.options.next_event && !spent && bsdf.has_rough_lobe())
         sample_lights(index, point, bsdf, frame);
     return scatter(path, point, bsdf, frame, parameters.base_colour);
@@ -155,18 +156,19 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
     SkyOpenings::Cell cell;
     if (scene_.openings && !scene_.openings->empty())
         cell = scene_.openings->at(point.position, point.normal);
-    path.openings = cell.list;
-    path.scattered_at = point.position;
+    lit_by_ = cell.list;
     const float by_image = share_of_image(cell.list);
     if (cell.list.empty() && by_image == 0)
         return;
-    // Russian roulette by what is to be expected.
-    const float likely = cell.list.empty() ? 1 : std::min(1.0f, largest(path.throughput) * cell.skylight);
+    // Russian roulette by what is to be expected; the means of cells hide bright spots.
+    constexpr float least_likely = 0.05f;
+    const float likely = cell.list.empty() ? 1 : std::clamp(largest(path.throughput) * cell.skylight, least_likely, 1.0f);
     if (likely < 1 && path.sampler.next_hashed() >= likely)
         return;
     glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::sky);
     glm::vec3 direction;
-    if (u.x < by_image) {
+    const bool is_by_image = u.x < by_image;
+    if (is_by_image) {
         u.x /= by_image;
         direction = scene_.lights.sky_image->sample(u).direction;
     } else {
@@ -175,6 +177,8 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
     }
     if (glm::dot(direction, point.geometric_normal) <= 0)
         return;
+    if (!is_by_image && !(cell.list.pdf(point.position, direction) > 0))
+        return;  // rounded out of its ball
     const float pdf = sky_pdf(cell.list, point.position, direction);
     const BsdfValue scattered = bsdf.evaluate(frame.to_local(-path.direction), frame.to_local(direction));
     const glm::vec3 contribution = path.throughput * scattered.value * sampled_sky(direction) *
@@ -242,6 +246,8 @@ bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, co
     const bool rough = s.kind == BsdfSample::Kind::rough;
     path.next_event_done = rough && scene_.options.next_event;
     path.scatter_pdf = rough ? s.pdf : 0;
+    path.openings = lit_by_;
+    path.scattered_at = point.position;
     path.after_rough |= rough;
     if (rough && !scene_.options.unbiased)
         path.cone.spread_rad = std::max(path.cone.spread_rad, std::min(widest_spread_rad, 0.25f / std::sqrt(s.pdf)));

@@ -168,6 +168,7 @@ private:
     std::vector<std::uint32_t> active_;
     std::vector<Hit> hits_;  // of active_
     std::vector<ShadowRay> shadow_rays_;
+    OpeningList lit_by_;  // of the surface that is shaded
     RayCounts counts_;
     StageClock clock_;
 };

@@ -71,9 +71,11 @@ float OpeningList::pdf(const glm::vec3& from, const glm::vec3& direction) const 
             const std::size_t k = first + i;
             const float dx = x[k] - from.x, dy = y[k] - from.y, dz = z[k] - from.z;
             const float along = dx * direction.x + dy * direction.y + dz * direction.z;
-            const float ahead = along > 0 ? along : 0;
+            // Across the direction, not by Pythagoras: that cancels for small balls far away.
+            const float cx = dy * direction.z - dz * direction.y, cy = dz * direction.x - dx * direction.z,
+                        cz = dx * direction.y - dy * direction.x;
             distance2[i] = dx * dx + dy * dy + dz * dz;
-            beyond[i] = ahead * ahead - (distance2[i] - radius2[k]);
+            beyond[i] = radius2[k] - (along > 0 ? cx * cx + cy * cy + cz * cz : distance2[i]);
         }
         float most = -1;
         for (std::size_t i = 0; i < together; ++i)
@@ -192,8 +194,8 @@ private:
     static bool meets(const SkyOpening& opening, const glm::vec3& from, const glm::vec3& direction, float& distance2) {
         const glm::vec3 across = opening.centre - from;
         distance2 = glm::dot(across, across);
-        const float along = std::max(glm::dot(across, direction), 0.0f);
-        return along * along >= distance2 - opening.radius2;
+        const glm::vec3 aside = glm::cross(across, direction);
+        return (glm::dot(across, direction) > 0 ? glm::dot(aside, aside) : distance2) <= opening.radius2;
     }
 
     void make_cell(std::size_t c, Made& made) const {

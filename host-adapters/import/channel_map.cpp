@@ -7,15 +7,19 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <iterator>
 #include <set>
+#include <string_view>
 
 namespace equistream::files {
 
 namespace {
 
-/// What mirrors and panes show is for our own hosts to say: no renderer writes it, and nobody's conventions cover it.
+/// What mirrors and panes show, and what accumulating and denoising leave, is for our own hosts to say: other renderers'
+/// channels of such names mean something else.
 bool is_imported(const AovInfo& aov) {
-    return aov.group != "virtual" && aov.group != "raw";
+    constexpr std::string_view ours[] = {"virtual", "raw", "samples", "variance"};
+    return std::ranges::find(ours, std::string_view(aov.group)) == std::end(ours);
 }
 
 std::string lower(std::string text) {

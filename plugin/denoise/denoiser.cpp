@@ -91,6 +91,7 @@ void Denoiser::release() {
     for (void*& buffer : buffers_)
         if (buffer != nullptr)
             library.release_buffer(std::exchange(buffer, nullptr));
+    job_ = {};
 }
 
 /// A filter for blocks of this size, colour and guides.
@@ -117,7 +118,7 @@ void Denoiser::prepare(const Job& job) {
     library.set_filter_float(filter_, "inputScale", job.exposure);
     library.commit_filter(filter_);
     device_->check("denoise");
-    job_ = job;
+    job_ = job;  // last: a filter that is not whole is made anew
 }
 
 void Denoiser::fill(const Blocks& blocks, int block, const FloatImage& image, std::size_t slot, float least,

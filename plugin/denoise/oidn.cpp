@@ -117,10 +117,16 @@ void* open_any() {
                                             std::string(dlerror())));
         return file;
     }
-    for (const std::string& candidate : candidates())
+    std::string unusable;
+    for (const std::string& candidate : candidates()) {
         if (void* const file = open(candidate))
             return file;
-    throw InputError(expected_found("denoise", expected, "none"));
+        const char* const why = dlerror();
+        std::error_code error;
+        if (unusable.empty() && why != nullptr && fs::exists(candidate, error))
+            unusable = why;
+    }
+    throw InputError(expected_found("denoise", expected, unusable.empty() ? "none" : unusable));
 }
 
 }  // namespace

@@ -176,10 +176,13 @@ void History::forget(Mean& carried, float bias2) {
     if (!(bias2 > 0) || carried.count <= 0)
         return;
     const float noise = carried.variance / seen_together;
-    const float kept = noise / (noise + carried.count * bias2);
-    carried.recent_count *= noise / (noise + carried.recent_count * bias2);
-    carried.count *= kept;
-    carried.freedom *= kept;
+    const auto kept = [&](float count) {
+        const float all = noise + count * bias2;
+        return all > 0 ? noise / all : 1;
+    };
+    carried.freedom *= kept(carried.count);
+    carried.recent_count *= kept(carried.recent_count);
+    carried.count *= kept(carried.count);
 }
 
 void History::mix(Mean& carried, const Fresh& fresh) const {

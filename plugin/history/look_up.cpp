@@ -278,7 +278,7 @@ History::Mean History::found(const Sought& sought) const {
             const Mean& m = at(left + i, top + j);
             weights += weight;
             shares += weight / m.count;
-            recent_shares += weight / m.recent_count;
+            recent_shares += m.recent_count > 0 ? weight / m.recent_count : 0;
             sum.colour += weight * m.colour;
             sum.denoised += weight * m.denoised;
             sum.variance += weight * m.variance;

@@ -109,9 +109,9 @@ class Fit:
             try:
                 db = self.at(by_scene(Fill(), False, light), self.asked.matching_width, None).db
             except Failed as failure:
-                if denoise == "off":
+                if denoise == "off" or "Open Image Denoise" not in str(failure):
                     raise
-                print(failure)
+                self.why.append(f"denoised: not tried: {failure}")
                 return best
             if best and db < best[1] + CLOSE_DB:
                 break

@@ -160,7 +160,7 @@ class Rendered:
         squares = 10 ** (-20 / 10) / light.samples
         if light.denoise != "off":
             if not self.has_denoiser:
-                raise Failed("no denoiser")
+                raise Failed("expected Open Image Denoise, found none")
             squares = squares / 10 + 10 ** (-self.bias_db / 10)
         db = -10 * math.log10(squares)
         if crf is not None:
@@ -191,7 +191,8 @@ class LeastLight(unittest.TestCase):
     def test_as_rendered_without_a_denoiser(self):
         light, fit = self.chosen(30, Rendered(40, has_denoiser=False))
         self.assertEqual((light.samples, light.denoise), (16, "off"))
-        self.assertEqual(len(fit.why), 1)
+        self.assertEqual(len(fit.why), 2)
+        self.assertIn("not tried: expected Open Image Denoise", fit.why[0])
 
     def test_the_best_where_none_has_it(self):
         light, _ = self.chosen(50, Rendered(40))

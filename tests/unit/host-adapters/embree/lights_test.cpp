@@ -289,6 +289,19 @@ TEST(Openings, DensityIntegratesToOneFromOutsideAndInsideABall) {
     }
 }
 
+TEST(Openings, SmallBallsFarAwayHaveADensityWhereTheyAreSampled) {
+    std::vector<float> numbers;
+    const glm::vec3 from(1, 2, 3);
+    OpeningList::append(std::vector<SkyOpening>{{from + glm::vec3(60, 50, -62), 1e-3f, 1}}, numbers);
+    const OpeningList list(numbers);
+    int outside = 0;
+    for (std::uint32_t i = 0; i < 10000; ++i) {
+        Sampler numbers_of(i, 4);
+        outside += !(list.pdf(from, list.sample(from, {numbers_of.next_hashed(), numbers_of.next_hashed()})) > 0);
+    }
+    EXPECT_LT(outside, 10);
+}
+
 TEST(Openings, SamplesAreSpreadAsTheDensitySays) {
     const std::vector<float> numbers = three_openings();
     const OpeningList list(numbers);

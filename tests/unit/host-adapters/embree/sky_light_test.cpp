@@ -286,7 +286,7 @@ MeanRadiance look_into_room(SkyKind kind, bool next_event, bool learn, const glm
     Material gloss = matte(glm::vec3(0.6f)), pane = matte({1, 0.8f, 1});
     gloss.index_of_refraction = pane.index_of_refraction = 1.5f;
     gloss.roughness = 0.4f;
-    pane.transmission = 1;
+    pane.transmission = 0.5f;
     scene.add(ball_mesh(16, scene.add_material(gloss), true),
               glm::translate(glm::mat4(1), glm::vec3(0.3f, -0.7f, -0.4f)) * glm::scale(glm::mat4(1), glm::vec3(0.3f)));
     scene.add(floor_mesh(0.2f, 0.2f, scene.add_material(pane)), glm::translate(glm::mat4(1), glm::vec3(0, 1, 0)));
