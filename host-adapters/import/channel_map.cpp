@@ -15,8 +15,8 @@ namespace equistream::files {
 
 namespace {
 
-/// What mirrors and panes show, and what accumulating and denoising leave, is for our own hosts to say: other renderers'
-/// channels of such names mean something else.
+/// What mirrors and panes show, and what accumulating and denoising leave, is for our own hosts to say: other
+/// renderers' channels of such names mean something else.
 bool is_imported(const AovInfo& aov) {
     constexpr std::string_view ours[] = {"virtual", "raw", "samples", "variance"};
     return std::ranges::find(ours, std::string_view(aov.group)) == std::end(ours);
