@@ -23,10 +23,11 @@ from kept import result_text  # noqa: E402
 from pages import error_text, place, table  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
-TRUTH_SAMPLES = {"sponza-crytek": 256, "sibenik": 512, "voxel-city": 256, "kitchen": 384, "san-miguel": 256}
+TRUTH_SAMPLES = {"sponza-crytek": 256, "sibenik": 128, "voxel-city": 256, "kitchen": 128, "san-miguel": 128}
 TRUTH_SEEDS = 101, 102
 SPHERE, VIEW, FOV, CRF, SEED = "1920x960", "640x360", "90", 24, 1
-SPHERES = [("off", 16), ("off", 32), ("fast", 4), ("balanced", 4), ("high", 4), ("balanced", 8), ("balanced", 16)]
+SPHERES = [("off", 4), ("off", 16), ("off", 32), ("fast", 4), ("balanced", 1), ("balanced", 4), ("high", 4), ("balanced", 8), ("balanced", 16)]
+CURVES, CRFS = [("off", 16), ("balanced", 4), ("balanced", 8)], (16, 20, 24, 28, 32, 36)
 
 
 class Programs:
@@ -44,9 +45,10 @@ class Programs:
 
 
 def rendered(programs, out, *words):
-    """Once; a folder of one frame."""
+    """Once; a folder of one frame, and the processor seconds it took beside it."""
     if not (out / "centre/frame.0000.exr").exists():
-        programs.run("render", *words, "--frames", "0", "--out", out)
+        _, seconds = programs.run("render", *words, "--frames", "0", "--out", out)
+        write_whole(out / "processor_s", f"{seconds:.2f}\n")
     return out
 
 
@@ -72,16 +74,33 @@ def step_at_seam(programs, sphere):
     return {"at_seam": float(steps[8]), "beside": float(np.delete(steps, 8).mean())}
 
 
+def coding(programs, sphere, stream, crf, true):
+    said, _ = programs.run("encode", sphere / "centre", "--crf", crf, "--depth", "none", "--json", "--out", stream)
+    return {"crf": crf, "bytes": sum(track["bytes"] for track in json.loads(said)["tracks"]), "whole": whole_error(programs, stream, stream.parent, true)}
+
+
+def gains_at_bytes(entries, denoised):
+    """dB that coded spheres so denoised have over one of 16 samples as rendered, for at most its bytes: {CRF of the latter: dB}."""
+    curves = {(entry["denoise"], entry["samples"]): entry["curve"] for entry in entries if "curve" in entry}
+    gains = {}
+    for plain in curves.get(("off", 16), []):
+        if affordable := [point["db"] for point in curves.get(denoised, []) if point["bytes"] <= plain["bytes"]]:
+            gains[plain["crf"]] = max(affordable) - plain["db"]
+    return gains
+
+
 def measured(programs, scene, work):
     true = truths(programs, scene, work)
     entries = []
     for quality, samples in SPHERES:
         name = f"{quality}-{samples}"
         sphere = rendered(programs, work / name, scene, "--size", SPHERE, "--spp", samples, "--seed", SEED, "--aovs", "none", "--denoise", quality)
-        stream = work / f"{name}.mp4"
-        coded, _ = programs.run("encode", sphere / "centre", "--crf", CRF, "--depth", "none", "--json", "--out", stream)
-        entries.append({"denoise": quality, "samples": samples, "bytes": sum(track["bytes"] for track in json.loads(coded)["tracks"]),
-                        "whole": whole_error(programs, sphere / "centre", work, true), "whole_coded": whole_error(programs, stream, work, true), "seam": step_at_seam(programs, sphere)})
+        coded = [coding(programs, sphere, work / f"{name}-{crf}.mp4", crf, true) for crf in (CRFS if (quality, samples) in CURVES else (CRF,))]
+        chosen = next(one for one in coded if one["crf"] == CRF)
+        entries.append({"denoise": quality, "samples": samples, "processor_s": float((sphere / "processor_s").read_text()), "bytes": chosen["bytes"],
+                        "whole": whole_error(programs, sphere / "centre", work, true), "whole_coded": chosen["whole"], "seam": step_at_seam(programs, sphere)})
+        if len(coded) > 1:
+            entries[-1]["curve"] = [{"crf": one["crf"], "bytes": one["bytes"], "db": one["whole"]["db"]} for one in coded]
         print(f"{scene.stem} {name}: {entries[-1]['whole']['db']:.1f} dB, coded {entries[-1]['whole_coded']['db']:.1f} dB, {entries[-1]['bytes'] / 1000:.0f} kB", flush=True)
     return {"truth_samples": TRUTH_SAMPLES[scene.stem], "entries": entries}
 
@@ -101,7 +120,7 @@ def rows(scenes):
         plain = entries.get(("off", 32))
         for (quality, samples), entry in entries.items():
             yield [name, "as rendered" if quality == "off" else quality, str(samples), error_text(entry["whole"]), error_text(entry["whole_coded"]),
-                   f"{entry['bytes'] / 1000:.0f}", f"{entry['bytes'] / plain['bytes']:.2f}" if plain else "-", f"{entry['seam']['at_seam'] / max(entry['seam']['beside'], 1e-9):.2f}"]
+                   f"{entry['processor_s']:.0f}" if "processor_s" in entry else "-", f"{entry['bytes'] / 1000:.0f}", f"{entry['bytes'] / plain['bytes']:.2f}" if plain else "-", f"{entry['seam']['at_seam'] / max(entry['seam']['beside'], 1e-9):.2f}"]
 
 
 def time_rows(scenes):
@@ -112,10 +131,44 @@ def time_rows(scenes):
 
 def write_page(file, kept):
     page = file.read_text()
-    page = place(page, "denoise", "all", table(["scene", "denoised", "samples", "whole error, dB [95 %]", "the same, coded", "kB", "of 32 samples'", "step at the seam, times"], list(rows(kept["scenes"])), 3))
+    page = place(page, "denoise", "all", table(["scene", "denoised", "samples", "whole error, dB [95 %]", "the same, coded", "processor s", "kB", "of 32 samples'", "step at the seam, times"], list(rows(kept["scenes"])), 3))
+    gains = [[name, *(f"{gains[CRF]:+.1f} ({min(gains.values()):+.1f})" if CRF in gains else "-" for gains in (gains_at_bytes(scene["entries"], denoised) for denoised in CURVES[1:]))]
+             for name, scene in kept["scenes"].items() if any("curve" in entry for entry in scene.get("entries", []))]
+    if gains:
+        page = place(page, "denoise-bytes", "all", table(["scene", *(f"{quality}, {samples} samples" for quality, samples in CURVES[1:])], gains, 1))
     if times := list(time_rows(kept["scenes"])):
         page = place(page, "denoise-time", "all", table(["processor seconds a megapixel", "fast", "balanced", "high"], times, 1))
     file.write_text(page)
+
+
+def draw(file, scenes):
+    """Whole error against processor seconds (as rendered by one path) and against bytes."""
+    import matplotlib.pyplot as plt
+    from drawing import STYLE, plain_number
+    drawn = {name: scene["entries"] for name, scene in scenes.items() if any("curve" in entry for entry in scene.get("entries", []))}
+    with plt.rc_context(STYLE):
+        figure, rows_of_axes = plt.subplots(2, len(drawn), figsize=(2.6 * len(drawn), 5.4), squeeze=False)
+        for (name, entries), upper, lower in zip(drawn.items(), *rows_of_axes):
+            for kind, title, colour in (("off", "as rendered", "#7f8c8d"), ("balanced", "denoised", "#145a32")):
+                chosen = sorted((entry["processor_s"], entry["whole"]["db"], entry["samples"]) for entry in entries if entry["denoise"] == kind)
+                upper.plot(*zip(*[(seconds, db) for seconds, db, _ in chosen]), color=colour, marker="o", markersize=4, label=title)
+                for seconds, db, samples in chosen:
+                    upper.annotate(str(samples), (seconds, db), textcoords="offset points", xytext=(4, -9), fontsize=7, color=colour)
+            for (kind, samples), colour, line in zip(CURVES, ("#7f8c8d", "#145a32", "#145a32"), ("-", "--", "-")):
+                points = next((entry["curve"] for entry in entries if (entry["denoise"], entry["samples"]) == (kind, samples)), [])
+                label = f"{samples} samples" + ("" if kind == "off" else ", denoised")
+                lower.plot([point["bytes"] / 1000 for point in points], [point["db"] for point in points], color=colour, linestyle=line, marker="o", markersize=3, label=label)
+            upper.set_title(name)
+            for axes, what in ((upper, "processor seconds"), (lower, "kB")):
+                axes.set_xscale("log")
+                axes.set_xlabel(what)
+                axes.xaxis.set_major_formatter(plain_number)
+                axes.xaxis.set_minor_formatter("")
+        for axes in (rows_of_axes[0][0], rows_of_axes[1][0]):
+            axes.set_ylabel("whole error, dB")
+            axes.legend(fontsize=7.5, loc="lower right")
+        figure.tight_layout()
+        figure.savefig(file, metadata={"Date": None})
 
 
 def main():
@@ -130,6 +183,7 @@ def main():
     programs = Programs(options.bin)
     kept = json.loads(options.out.read_text()) if options.out.exists() else {"scenes": {}}
     if options.page:
+        draw(options.out.with_suffix(".svg"), kept["scenes"])
         return write_page(options.out.with_suffix(".md"), kept)
     settings = {"sphere": SPHERE, "view": VIEW, "fov_deg": float(FOV), "crf": CRF, "seed": SEED, "truth_seeds": TRUTH_SEEDS, "frame": 0}
     for name in options.scenes.split(","):
