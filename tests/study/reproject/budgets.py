@@ -183,20 +183,8 @@ class LookUps:
                        "mean_light_percent": {way: round(float(100 * (means[way] / means["linear"] - 1)), 3) for way in ("display", "light")}}
 
 
-def look_up_table(result):
-    def gain(point, way, scale):
-        return f"{point['noise_free_db'][way][scale] - point['noise_free_db']['display'][scale]:+.2f}"
-    rows = [[scene, point["sphere"] + (", coded" if point["coded"] else ""), *(f"{point['mean_light_percent'][way]:+.2f}" for way in ("display", "light")),
-             f"{gain(point, 'light', 'linear')} ({gain(point, 'light', 'display')})", *(gain(point, f"prefilter {key}", "display") for key in PREFILTERS)]
-            for scene, points in result["scenes"].items() for point in points]
-    return table(["scene", "sphere", "mean by display values, %", "mean by light, %", "light gains, dB", *(f"prefilter {key} gains, dB" for key in PREFILTERS)], rows, labels=2)
-
-
 def draw(results):
-    """The tables of the decision, and that of look-ups in docs/results/reproject.md."""
-    if "look-ups" in results:
-        page = RESULTS.parent.parent / "reproject.md"
-        page.write_text(place(page.read_text(), "look-ups", "all", look_up_table(results["look-ups"])))
+    """The tables of the decision; report.py draws that of look-ups."""
     scenes = [name for name in results if name not in ("breakers", "look-ups")]
     found = {(scene, point["engine"], point["budget_px"]): point["noise_free_db"] for scene in scenes for point in results[scene]["points"]}
     rows = [[f"{budget:g}", *(", ".join(f"{found[scene, engine, budget][eye]:.2f}" for eye in EYES) for scene in scenes for engine in ENGINES)]

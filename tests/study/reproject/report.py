@@ -237,6 +237,18 @@ class Pages:
             print(file)
 
 
+def look_ups(result):
+    """What budgets.py --look-ups found: gains over a mix of display values."""
+    def gain(point, way, scale):
+        return f"{point['noise_free_db'][way][scale] - point['noise_free_db']['display'][scale]:+.2f}"
+    first = next(iter(result["scenes"].values()))[0]
+    filters = [way for way in first["noise_free_db"] if way.startswith("prefilter")]
+    rows = [[scene, point["sphere"] + (", coded" if point["coded"] else ""), *(f"{point['mean_light_percent'][way]:+.2f}" for way in ("display", "light")),
+             f"{gain(point, 'light', 'linear')} ({gain(point, 'light', 'display')})", *(gain(point, way, "display") for way in filters)]
+            for scene, points in result["scenes"].items() for point in points]
+    return table(["scene", "sphere", "mean by display values, %", "mean by light, %", "light gains, dB", *(f"{way} gains, dB" for way in filters)], rows, labels=2)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
@@ -254,6 +266,8 @@ def main():
     for kind, tabled in {"shift": shift, "model": model, "patches": patches, "hidden-layer": hidden}.items():
         if measured := results.load(kind, options.results):
             pages.place(kind, "all", tabled(measured))
+    if (file := options.results / "budgets.json").exists() and (found_ways := json.loads(file.read_text()).get("look-ups")):
+        pages.place("look-ups", "all", look_ups(found_ways))
     for name in ("speed", "speed-other-processor"):
         if (file := options.results / f"{name}.json").exists():
             pages.place(name, "all", speed(json.loads(file.read_text())))
