@@ -128,6 +128,11 @@ struct Lights {
     glm::vec3 sky{0};  ///< constant, added to the image's
     std::optional<SkyLight> sky_image;
     EmitterTable emitters;
+
+    /// The sky as light samples take it; SkyLight::filtered is what is looked at.
+    glm::vec3 sampled_sky(const glm::vec3& direction) const {
+        return sky_image ? sky + sky_image->radiance(direction) : sky;
+    }
 };
 
 }  // namespace equistream::embree_host

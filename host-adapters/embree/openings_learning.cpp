@@ -67,7 +67,7 @@ public:
             const HitId hit = scene_.bvh.resolve(ray.hit);
             if (hit.instance == no_index) {
                 if (count > 0)
-                    path[count - 1].light = passed * sky(direction);
+                    path[count - 1].light = passed * luminance(scene_.lights.sampled_sky(direction));
                 return;
             }
             const ShadingPoint point = scene_.shading.surface_at(hit, origin, direction, ray.ray.tfar);
@@ -118,11 +118,6 @@ private:
         if (by_all_ > 0)
             sum += by_all_ * all_.pdf(point.position, direction);
         return sum;
-    }
-
-    float sky(const glm::vec3& direction) const {
-        const auto& image = scene_.lights.sky_image;
-        return luminance(image ? scene_.lights.sky + image->radiance(direction) : scene_.lights.sky);
     }
 
     const TracedScene& scene_;

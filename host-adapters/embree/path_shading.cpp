@@ -34,24 +34,20 @@ float Worker::share_of_image(const OpeningList& openings) const {
     return !image || image->is_black() ? 0 : openings.empty() ? 1 : 0.5f;
 }
 
-/// With which sample_sky chooses a direction.
-float Worker::sky_pdf(const OpeningList& openings, const glm::vec3& from, const glm::vec3& direction) const {
+/// With which sample_sky chooses a direction; `by_openings`: with which these do.
+float Worker::sky_pdf(const OpeningList& openings, float by_openings, const glm::vec3& direction) const {
     const float by_image = share_of_image(openings);
     const float image_pdf = by_image > 0 ? by_image * scene_.lights.sky_image->pdf(direction) : 0;
-    return image_pdf + (openings.empty() ? 0 : (1 - by_image) * openings.pdf(from, direction));
-}
-
-/// The sky as it is sampled, not as it is looked at.
-glm::vec3 Worker::sampled_sky(const glm::vec3& direction) const {
-    const auto& image = scene_.lights.sky_image;
-    return image ? scene_.lights.sky + image->radiance(direction) : scene_.lights.sky;
+    return image_pdf + (1 - by_image) * by_openings;
 }
 
 glm::vec3 Worker::sky_radiance(Path& path) const {
     const auto& image = scene_.lights.sky_image;
     if (path.scatter_pdf > 0) {  // off something rough
-        const float sampled = path.next_event_done ? sky_pdf(path.openings, path.scattered_at, path.direction) : 0;
-        return power_heuristic(path.scatter_pdf, sampled) * sampled_sky(path.direction);
+        float sampled = 0;
+        if (path.next_event_done)
+            sampled = sky_pdf(path.openings, path.openings.pdf(path.scattered_at, path.direction), path.direction);
+        return power_heuristic(path.scatter_pdf, sampled) * scene_.lights.sampled_sky(path.direction);
     }
     if (!image)
         return scene_.lights.sky;
@@ -178,11 +174,12 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
     }
     if (glm::dot(direction, point.geometric_normal) <= 0)
         return;
-    if (!is_by_image && !(cell.list.pdf(point.position, direction) > 0))
+    const float by_openings = cell.list.pdf(point.position, direction);
+    if (!is_by_image && !(by_openings > 0))
         return;  // rounded out of its ball
-    const float pdf = sky_pdf(cell.list, point.position, direction);
+    const float pdf = sky_pdf(cell.list, by_openings, direction);
     const BsdfValue scattered = bsdf.evaluate(frame.to_local(-path.direction), frame.to_local(direction));
-    const glm::vec3 contribution = path.throughput * scattered.value * sampled_sky(direction) *
+    const glm::vec3 contribution = path.throughput * scattered.value * scene_.lights.sampled_sky(direction) *
                                    (power_heuristic(pdf, scattered.pdf) / (pdf * likely));
     if (largest(contribution) > 0)
         shadow_rays_.push_back(

@@ -147,9 +147,8 @@ private:
     void trace_shadow_rays();
     void escape(Path& path) const;
     glm::vec3 sky_radiance(Path& path) const;
-    glm::vec3 sampled_sky(const glm::vec3& direction) const;
     float share_of_image(const OpeningList& openings) const;
-    float sky_pdf(const OpeningList& openings, const glm::vec3& from, const glm::vec3& direction) const;
+    float sky_pdf(const OpeningList& openings, float by_openings, const glm::vec3& direction) const;
     static void guide(Path& path, const glm::vec3& albedo, const glm::vec3& normal);
     /// False when the path ends here.
     bool shade(std::uint32_t index, const Hit& hit);

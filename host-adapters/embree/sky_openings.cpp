@@ -2,18 +2,12 @@
 
 #include <equistream/conventions.h>
 
+#include <plugin/formulas/also_for_avx2.h>
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
-
-// A second version for AVX2 computes the same numbers; sanitisers do not survive the picking.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) &&                \
-    !defined(__SANITIZE_ADDRESS__)
-#define EQUISTREAM_ALSO_FOR_AVX2 __attribute__((target_clones("avx2", "default")))
-#else
-#define EQUISTREAM_ALSO_FOR_AVX2
-#endif
 
 namespace equistream::embree_host {
 namespace {

@@ -46,7 +46,7 @@ public:
     bool empty() const { return count_ == 0; }
     /// Unit.
     glm::vec3 sample(const glm::vec3& from, glm::vec2 u) const;
-    /// Of a unit direction, per steradian.
+    /// Of a unit direction, per steradian; 0 for an empty list.
     float pdf(const glm::vec3& from, const glm::vec3& direction) const;
 
 private:

@@ -1,18 +1,12 @@
 #include <equistream/yuv.h>
 
+#include <plugin/formulas/also_for_avx2.h>
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <vector>
-
-// A second version of each loop for AVX2, picked at load time; sanitisers do not survive the picking.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) &&                \
-    !defined(__SANITIZE_ADDRESS__)
-#define EQUISTREAM_ALSO_FOR_AVX2 __attribute__((target_clones("avx2", "default")))
-#else
-#define EQUISTREAM_ALSO_FOR_AVX2
-#endif
 
 namespace equistream {
 

@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 from found import known_within_db
+from presets import KNOWN_DB
 from rates import bytes_for
 from steps import Failed
 
@@ -16,7 +17,6 @@ FIRST_CRF = 24
 ROOM_DB = 1
 """That coding may lose."""
 DENOISERS = "off", "balanced"
-KNOWN_DB = 0.3
 BUDGETS_PX = (1 / 4, 1, 4, 16)
 SHARES = (0.1, 0.05, 0.02)
 TRACKS_FROM = 512
