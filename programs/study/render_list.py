@@ -34,11 +34,12 @@ class Render:
     options: tuple = DEPTH
     frames: int = 0
     """Of the first ones; 0: all the preset's."""
+    denoise: str = "off"
 
     def words(self):
         view = ["--camera", "perspective", "--fov", f"{self.fov_deg:g}"] if self.fov_deg else []
         return [*view, "--eye", self.eye, "--size", size_text(self.size), *(["--small", "right"] if self.small else []), "--spp", self.samples,
-                "--seed", self.seed, *self.options]
+                "--seed", self.seed, *(["--denoise", self.denoise] if self.denoise != "off" else []), *self.options]
 
     def samples_a_frame(self):
         pixels = self.size[0] * self.size[1] * (17 / 16 if self.small else 1)
@@ -53,22 +54,24 @@ def truth(preset, scene, seed):
 
 def whole_sphere(preset, place, seed):
     """With all that render's defaults and its tracks for gaps give: what the default way of playing takes."""
-    return Render(f"whole-{place}-{seed}", seed, preset.sphere_samples, (preset.sphere_width, preset.sphere_width // 2), place, options=WHOLE)
+    return Render(f"whole-{place}-{seed}", seed, preset.sphere_samples, (preset.sphere_width, preset.sphere_width // 2), place, options=WHOLE,
+                  denoise=preset.denoise)
 
 
 def perspective(preset, seed, samples=None, name=None):
     """The paper's first system: the left eye and a small right one."""
-    return Render(name or f"perspective-{seed}", seed, samples or preset.eye_samples, preset.eye, "left", small=True, fov_deg=preset.fov_deg)
+    return Render(name or f"perspective-{seed}", seed, samples or preset.eye_samples, preset.eye, "left", small=True, fov_deg=preset.fov_deg,
+                  denoise=preset.denoise)
 
 
 def right_eye(preset, seed):
-    return Render(f"right-{seed}", seed, preset.eye_samples, preset.eye, "right", fov_deg=preset.fov_deg)
+    return Render(f"right-{seed}", seed, preset.eye_samples, preset.eye, "right", fov_deg=preset.fov_deg, denoise=preset.denoise)
 
 
 def wide_sphere(preset, place, seed, samples=None, name=None):
     """As wide as the preset renders them, with a small right eye."""
     size = (preset.sphere_width, preset.sphere_width // 2)
-    return Render(name or f"sphere-{place}-{seed}", seed, samples or preset.sphere_samples, size, place, small=place != "right")
+    return Render(name or f"sphere-{place}-{seed}", seed, samples or preset.sphere_samples, size, place, small=place != "right", denoise=preset.denoise)
 
 
 def narrow_sphere(preset, place, seed, width):
@@ -78,7 +81,8 @@ def narrow_sphere(preset, place, seed, width):
 
 def widest_sphere(preset, place, seed):
     widest = preset.widest
-    return Render(f"widest-{place}-{seed}", seed, widest.samples, (widest.width, widest.width // 2), place, small=True, frames=widest.frames)
+    return Render(f"widest-{place}-{seed}", seed, widest.samples, (widest.width, widest.width // 2), place, small=True, frames=widest.frames,
+                  denoise=preset.denoise)
 
 
 def geometry(name, place, seed, width, small, options):
@@ -99,12 +103,13 @@ def moved_eyes(preset, scene, name, seed, path):
 
 def locked_sphere(preset, lock):
     width = preset.system_widths[0]
-    return Render(f"lock-{lock}", SEEDS[0], min(LOCK_SAMPLES, preset.sphere_samples), (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"))
+    return Render(f"lock-{lock}", SEEDS[0], min(LOCK_SAMPLES, preset.sphere_samples), (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"),
+                  denoise=preset.denoise)
 
 
 def noisy_sphere(preset, samples):
     width = preset.system_widths[0]
-    return Render(f"samples-{samples}", SAMPLES_SEED, samples, (width, width // 2), "centre")
+    return Render(f"samples-{samples}", SAMPLES_SEED, samples, (width, width // 2), "centre", denoise=preset.denoise)
 
 
 def further_samples(wanted, each):
