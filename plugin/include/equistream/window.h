@@ -1,0 +1,113 @@
+#pragma once
+/// A window: the part of a sphere that someone looks at, denser than the whole sphere around it (the base).
+///
+/// A window is a rectangle of pixels of a full sphere of `columns` x `rows`, the grid, which stays with the sphere's
+/// axes. It lies on whole blocks of the grid, so that a codec finds a still picture where only the gaze moves. It goes
+/// on across the seam and never over a pole. Everything is a plain value; all functions are pure and thread-safe.
+#include <equistream/camera.h>
+#include <equistream/text.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace equistream {
+
+/// Pixels that a window moves by: what H.264 and H.265 predict as a whole.
+inline constexpr int window_block_px = 16;
+
+/// What all windows of a sequence have in common, in pixels.
+struct WindowGrid {
+    int columns = 0, rows = 0;  ///< of the whole sphere; rows are half the columns
+    int width = 0, height = 0;  ///< of the window
+    bool operator==(const WindowGrid&) const = default;
+};
+
+/// A window's upper left corner on the grid: x in [0, columns), y in [0, rows - height].
+struct WindowPlace {
+    int x = 0, y = 0;
+    bool operator==(const WindowPlace&) const = default;
+};
+
+/// What is wrong with a grid, in words; nothing if it is sound. `columns` must be even, at least 2 blocks; a window is
+/// a whole number of blocks wide and high, narrower than the sphere and no higher.
+inline std::optional<std::string> window_grid_problem(const WindowGrid& grid) {
+    const auto is_blocks = [](int pixels) { return pixels > 0 && pixels % window_block_px == 0; };
+    if (!is_blocks(grid.columns) || grid.rows * 2 != grid.columns)
+        return expected_found("density", "columns of a sphere in multiples of 16, twice its rows",
+                              size_text(grid.columns, grid.rows));
+    if (!is_blocks(grid.width) || !is_blocks(grid.height))
+        return expected_found("window", "a width and a height in multiples of 16 pixels",
+                              size_text(grid.width, grid.height));
+    if (grid.width >= grid.columns || grid.height > grid.rows)
+        return expected_found("window", "less than the sphere's " + size_text(grid.columns, grid.rows),
+                              size_text(grid.width, grid.height));
+    return std::nullopt;
+}
+
+/// A sound grid whose window covers at least so much. Throws nothing; window_grid_problem says what is wrong.
+inline WindowGrid window_grid(int columns, double width_rad, double height_rad) {
+    const auto blocks = [&](double angle_rad, int most) {
+        const double pixels = std::clamp(angle_rad * columns / (2 * pi), 0.0, double(most));
+        return int(std::ceil(pixels / window_block_px - 1e-9)) * window_block_px;
+    };
+    return {columns, columns / 2, blocks(width_rad, columns), std::min(blocks(height_rad, columns / 2), columns / 2)};
+}
+
+/// Longitudes from -2 pi to 2 pi, as camera_limits.h wants them.
+inline LongitudeLatitudeRange window_range(const WindowGrid& grid, WindowPlace place) {
+    const double step = 2 * pi / grid.columns;
+    LongitudeLatitudeRange range;
+    range.longitude_min = place.x * step - pi;
+    range.longitude_max = (place.x + grid.width) * step - pi;
+    if (range.longitude_max > 2 * pi) {
+        range.longitude_min -= 2 * pi;
+        range.longitude_max -= 2 * pi;
+    }
+    range.latitude_max = pi / 2 - place.y * step;
+    range.latitude_min = pi / 2 - (place.y + grid.height) * step;
+    return range;
+}
+
+inline EquirectCamera window_camera(const WindowGrid& grid, WindowPlace place) {
+    return {grid.width, grid.height, window_range(grid, place)};
+}
+
+/// The window whose middle is nearest to a direction in the sphere's axes, on whole blocks.
+inline WindowPlace window_around(const WindowGrid& grid, const glm::dvec3& gaze) {
+    const EquirectCamera sphere{grid.columns, grid.rows, {}};
+    const glm::dvec2 middle = sphere.pixel(gaze);
+    const auto snap = [](double pixel) { return int(std::lround(pixel / window_block_px)) * window_block_px; };
+    const int x = snap(middle.x - 0.5 * grid.width), y = snap(middle.y - 0.5 * grid.height);
+    return {((x % grid.columns) + grid.columns) % grid.columns,
+            std::clamp(y, 0, (grid.rows - grid.height) / window_block_px * window_block_px)};
+}
+
+/// Keeps a window where it is until the gaze has come so near to its border that it must move: then it is put around
+/// the gaze. One gaze, one thread.
+class WindowFollower {
+public:
+    /// `slack_px`: how far the gaze may be from the window's middle, in pixels of the grid, along each axis.
+    WindowFollower(const WindowGrid& grid, int slack_px) : grid_(grid), slack_px_(slack_px) {}
+
+    const WindowGrid& grid() const { return grid_; }
+    /// `gaze`: where the eyes will look, in the sphere's axes.
+    WindowPlace place(const glm::dvec3& gaze) {
+        const WindowPlace wanted = window_around(grid_, gaze);
+        if (!place_ || distance(wanted.x, place_->x) > slack_px_ || std::abs(wanted.y - place_->y) > slack_px_)
+            place_ = wanted;
+        return *place_;
+    }
+
+private:
+    int distance(int a, int b) const {
+        const int apart = std::abs(a - b);
+        return std::min(apart, grid_.columns - apart);
+    }
+
+    WindowGrid grid_;
+    int slack_px_;
+    std::optional<WindowPlace> place_;
+};
+
+}  // namespace equistream
