@@ -110,6 +110,7 @@ RiskGroup risk_group(PixelOrigin origin, KnownDepth depth, bool mirrored) {
     case PixelOrigin::hidden:
         return RiskGroup::seen;
     case PixelOrigin::small:
+    case PixelOrigin::base:
         return RiskGroup::small;
     default:
         return RiskGroup::guessed;

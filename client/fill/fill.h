@@ -4,6 +4,9 @@
 ///
 /// `hidden`    the source's second layer: what lies behind the first surface along the same rays.
 /// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
+/// `base`      the coarse sphere around a window: all that lies beyond the window's border, across which both are
+/// mixed,
+///             so that no border is seen.
 /// `earlier`   earlier main pictures. A sample counts only where its surface is still the same by depth agreement: what
 ///             moved since is refused. (Streams carry no motion, so nothing is carried along with an object, and what
 ///             slides within its own surface, a shadow or a picture on a screen, is not noticed.)
@@ -19,7 +22,7 @@
 /// All but the last three look up the point that a gap pixel sees in a picture that was rendered elsewhere; of the four
 /// samples around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is known from the
 /// eye's depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest first. Pictures
-/// without depth are looked up by direction alone (`small`, `small-wide`), or not at all.
+/// without depth are looked up by direction alone (`small`, `small-wide`, `base`), or not at all.
 #include "gaps.h"
 
 #include <client/depth/depth_source.h>
@@ -52,6 +55,7 @@ struct PatchesView {
 struct FillInputs {
     const SourceView* main = nullptr;
     const SourceView* small = nullptr;
+    const SourceView* base = nullptr;       ///< the sphere around main, where that is a window
     std::span<const SourceView> earlier{};  ///< main pictures of frames before, newest first, with depth
     const SourceView* hidden = nullptr;     ///< camera and pose of main; depth_m NaN where there is no second surface
     const PatchesView* patches = nullptr;
@@ -99,7 +103,7 @@ using FilledCounts = std::vector<std::pair<std::string, std::int64_t>>;
 FilledCounts fill_gaps(const FillChain& chain, const EyeView& eye, EyePicture& picture);
 
 /// What shows what is truly there, then push-pull (docs/decisions/0004).
-inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";
+inline constexpr const char* default_fill = "hidden,patches,earlier,base,pushpull";
 
 /// Fill passes of a comma-separated list of names of fill_stages() (stages.h); "none" alone is an empty fill chain.
 /// Throws InputError naming the accepted words.

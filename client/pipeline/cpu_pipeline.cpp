@@ -82,6 +82,8 @@ void CpuPipeline::offer(const ReceivedFrame& frame) {
             depth_.planes->add(picture.info.camera, picture.info.camera_pose, picture.depth_m);
     };
     add(frame.main);
+    if (frame.base)
+        add(*frame.base);
     if (frame.small)
         add(*frame.small);
     for (const ReceivedPicture& view : frame.depth_views)
@@ -134,6 +136,10 @@ void CpuPipeline::cast_fill_depths(const ReceivedFrame& frame, SourceDepths& mem
     const auto has_depth = [&](const FrameInfo& view) {
         return depth_.planes == nullptr || depth_.casts_any_view || depth_.planes->holds(view.camera, view.camera_pose);
     };
+    if (frame.base && fill_->has("base") && has_depth(frame.base->info)) {
+        cast(frame.base->info.camera, frame.base->info.camera_pose, memory.base);
+        depths_.base = std::move(memory.base);
+    }
     if (frame.small && fill_->takes_small() && has_depth(frame.small->info)) {
         cast(frame.small->info.camera, frame.small->info.camera_pose, memory.small);
         depths_.small = std::move(memory.small);

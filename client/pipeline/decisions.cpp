@@ -11,7 +11,6 @@ TrackRoles unneeded_roles(const PipelineChoice& choice) {
     const bool with_depth = find_engine(choice.engine).needs.any();
     TrackRoles needed;
     const auto need = [&](TrackRole role, bool is_needed) { needed[std::size_t(role)] = is_needed; };
-    need(TrackRole::main, true);
     bool looks_points_up = false;
     for (const FillStage* stage : parse_fills(choice.fill)) {
         if (with_depth || !stage->needs_depth)
@@ -19,8 +18,11 @@ TrackRoles unneeded_roles(const PipelineChoice& choice) {
         looks_points_up = looks_points_up || stage->make()->wants_depth();
     }
     // All others are looked up by the eye's depth, mirrors too.
-    need(TrackRole::depth, with_depth && !is_cast(choice.depth));
-    need(TrackRole::reflections, with_depth && (choice.mirrors || looks_points_up));
+    for (const TrackRole colour : {TrackRole::main, TrackRole::window}) {
+        need(colour, true);
+        need(*depth_role_of(colour), with_depth && !is_cast(choice.depth));
+        need(*reflections_role_of(colour), with_depth && (choice.mirrors || looks_points_up));
+    }
     return ~needed;
 }
 

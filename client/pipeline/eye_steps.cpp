@@ -65,9 +65,12 @@ bool FrameFill::wants_depth() const {
 
 void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown) {
     main_ = shown.main;
+    base_.reset();
     small_.reset();
     hidden_.reset();
     patches_.reset();
+    if (frame.base)
+        base_ = source_view(*frame.base, depths.base);
     if (frame.small)
         small_ = source_view(*frame.small, depths.small);
     if (frame.hidden)
@@ -93,6 +96,7 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     for (const auto& fill_pass : chain_)
         fill_pass->set_frame({.main = address(main_),
                               .small = address(small_),
+                              .base = address(base_),
                               .earlier = earlier_views_,
                               .hidden = address(hidden_),
                               .patches = address(patches_),

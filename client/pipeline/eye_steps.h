@@ -53,7 +53,7 @@ struct EyeFigures {
 
 /// Depths of pictures that came without; empty where nothing needed them.
 struct SourceDepths {
-    FloatImage main, small, patches;
+    FloatImage main, base, small, patches;
 };
 
 bool has_pass(const FillChain& chain, std::string_view name);
@@ -95,7 +95,7 @@ private:
     GeometryColour* geometry_;
     std::deque<Earlier> earlier_;  ///< newest first
     // Views of the frame at hand.
-    std::optional<SourceView> main_, small_, hidden_;
+    std::optional<SourceView> main_, base_, small_, hidden_;
     std::optional<PatchesView> patches_;
     std::vector<SourceView> earlier_views_;
 };

@@ -30,6 +30,17 @@ void require_patches_of_main(const std::string& source, const ReceivedFrame& fra
                                    same_size ? "another range" : size_text(width_of(sphere), height_of(sphere))));
 }
 
+void look_through_window(const std::string& source, ReceivedPicture window, ReceivedFrame& frame) {
+    const FrameInfo& base = frame.main.info;
+    const std::string where = source + ": frame " + std::to_string(base.index) + " of window";
+    if (!std::holds_alternative<EquirectCamera>(window.info.camera) ||
+        !std::holds_alternative<EquirectCamera>(base.camera))
+        throw WorkError(expected_found(where, "a part of a sphere, and a sphere around it", "a flat view"));
+    if (!same_pose(window.info.camera_pose, base.camera_pose))
+        throw WorkError(expected_found(where, "the position and the axes of the sphere around it", "others"));
+    frame.base = std::exchange(frame.main, std::move(window));
+}
+
 namespace {
 
 /// A feed that a thread of its own reads while frames before are worked on. Whoever asks sees what the feed said when

@@ -15,4 +15,8 @@ inline TrackRoles asked_to_leave_out(const FeedOptions& options) {
 /// allocates and looks up by that sphere's size.
 void require_patches_of_main(const std::string& source, const ReceivedFrame& frame);
 
+/// Makes the window the frame's main picture, and what was that its base. Throws WorkError unless both are parts of
+/// one sphere.
+void look_through_window(const std::string& source, ReceivedPicture window, ReceivedFrame& frame);
+
 }  // namespace equistream

@@ -29,12 +29,13 @@ public:
                                                 ? "rendered frames in the range asked for"
                                                 : "rendered frames",
                                             "none"));
-        for (const char* view : {".", "centre", "left", "right", "small", "hidden", "patches"})
+        for (const char* view : {".", "centre", "left", "right", "small", "hidden", "patches", "window"})
             if (options.depth && fs::is_directory(folder_ / view) && holds(view, "depth", true))
                 views_with_depth_.insert(view);
-        for (const char* plane : {"specular", "virtual_depth"})
-            if (options.specular && holds(main_, plane, false))
-                image_planes_.push_back(plane);
+        for (const std::string& view : {main_, std::string("window")})
+            for (const char* plane : {"specular", "virtual_depth"})
+                if (options.specular && fs::is_directory(folder_ / view) && holds(view, plane, false))
+                    image_planes_[view].push_back(plane);
     }
 
     std::optional<ReceivedFrame> next() override {
@@ -52,6 +53,8 @@ public:
         for (const char* view : {".", "centre", "left", "right"})
             if (wants_depth_of(view) && view != main_ && fs::exists(file(view, index)))
                 frame.depth_views.push_back(read(view, index, false));
+        if (fs::exists(file("window", index)))
+            look_through_window(folder_.string(), read("window", index, true), frame);
         return frame;
     }
 
@@ -71,6 +74,7 @@ private:
         return view == "small"     ? TrackRole::small
                : view == "hidden"  ? TrackRole::hidden
                : view == "patches" ? TrackRole::patches
+               : view == "window"  ? TrackRole::window
                                    : TrackRole::main;
     }
     bool wants(TrackRole role) const { return !left_out_[std::size_t(role)]; }
@@ -114,8 +118,10 @@ private:
         const bool with_depth = wants_depth_of(view);
         if (with_depth)
             planes.push_back("depth");
-        if (view == main_ && with_colour && wants(TrackRole::reflections))
-            planes.insert(planes.end(), image_planes_.begin(), image_planes_.end());
+        const auto images_role = reflections_role_of(role_of(view));
+        if (const auto images = image_planes_.find(view);
+            images != image_planes_.end() && with_colour && wants(*images_role))
+            planes.insert(planes.end(), images->second.begin(), images->second.end());
         Frame frame = read_exr(path, planes);
         renumber(frame.info, index);
         renders_.try_emplace(view, folder_ / view).first->second.require(path, frame.info);
@@ -151,8 +157,8 @@ private:
     DisplayTransform display_;
     std::string main_;
     std::set<std::string> views_with_depth_;
-    std::vector<std::string> image_planes_;     // main's, of mirrors and glass
-    std::map<std::string, OneRender> renders_;  // by view
+    std::map<std::string, std::vector<std::string>> image_planes_;  // of mirrors and glass, by view
+    std::map<std::string, OneRender> renders_;                      // by view
     std::vector<std::int64_t> frames_;
     std::size_t position_ = 0;
     std::vector<FeedTrack> tracks_;

@@ -75,7 +75,8 @@ void require_tagged_size(const ReceivedPicture& picture, const char* track) {
 
 void require_tagged_sizes(const ReceivedFrame& frame) {
     require_tagged_size(frame.main, "main");
-    for (const auto& [picture, track] : {std::pair(&frame.right, "right eye"),
+    for (const auto& [picture, track] : {std::pair(&frame.base, "base"),
+                                         {&frame.right, "right eye"},
                                          {&frame.hidden, "hidden"},
                                          {&frame.small, "small"},
                                          {&frame.patches, "patches"}})

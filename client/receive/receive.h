@@ -65,7 +65,8 @@ struct ReceivedPicture {
 
 /// What is missing of a frame (lost, or not sent) is left out; a frame without its main picture is not given at all.
 struct ReceivedFrame {
-    ReceivedPicture main;
+    ReceivedPicture main;                 ///< what eyes are made of: the window, where one came, else the sphere
+    std::optional<ReceivedPicture> base;  ///< the sphere around `main`, where that is a window; of the same pose
     std::optional<ReceivedPicture> small;
     std::optional<ReceivedPicture> hidden;   ///< the second layer: main's camera, pose and size
     std::optional<ReceivedPicture> patches;  ///< the atlas that info.patches describes

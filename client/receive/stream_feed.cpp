@@ -271,11 +271,15 @@ private:
         if (frame.right)
             frame.main.convert_ms += frame.right->convert_ms;
         if (partial.posed) {
-            give_images(partial, frame.main);
+            give_images(partial, frame.main, TrackRole::reflections);
             frame.small = give(partial, TrackRole::small);
             frame.hidden = give(partial, TrackRole::hidden);
             frame.patches = give(partial, TrackRole::patches);
             require_patches_of_main(source_, frame);
+            if (auto window = give(partial, TrackRole::window)) {
+                give_images(partial, *window, TrackRole::window_reflections);
+                look_through_window(source_, std::move(*window), frame);
+            }
         }
         return frame;
     }
@@ -343,19 +347,19 @@ private:
         picture.convert_ms += milliseconds_since(start);
     }
 
-    /// Mirrors and glass of the main picture, where they came.
-    void give_images(Partial& partial, ReceivedPicture& main) {
-        std::optional<DecodedPicture>& images = partial.picture(TrackRole::reflections);
+    /// Mirrors and glass of a picture, where they came as the track of this role.
+    void give_images(Partial& partial, ReceivedPicture& picture, TrackRole role) {
+        std::optional<DecodedPicture>& images = partial.picture(role);
         if (!images)
             return;
-        require_same_view(main, *images);
+        require_same_view(picture, *images);
         count(*images);
-        main.specular = FloatImage(images->width, images->height, 1);
-        std::ranges::transform(images->depth_m.samples(), main.specular.samples().begin(),
+        picture.specular = FloatImage(images->width, images->height, 1);
+        std::ranges::transform(images->depth_m.samples(), picture.specular.samples().begin(),
                                [](float distance_m) { return std::isnan(distance_m) ? 0.0f : 1.0f; });
-        main.virtual_depth_m = std::move(images->depth_m);
-        main.decode_ms += images->decode_ms;
-        main.convert_ms += images->convert_ms;
+        picture.virtual_depth_m = std::move(images->depth_m);
+        picture.decode_ms += images->decode_ms;
+        picture.convert_ms += images->convert_ms;
     }
 
     void require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const {

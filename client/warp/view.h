@@ -41,8 +41,9 @@ enum class PixelOrigin : std::uint8_t {
     hidden = 6,      ///< the source's second layer
     geometry = 7,    ///< a raster or ray cast of the client's geometry
     push_pull = 8,   ///< coarser levels of the picture itself
+    base = 9,        ///< the coarse sphere around a window
 };
-inline constexpr int pixel_origin_count = 9;
+inline constexpr int pixel_origin_count = 10;
 
 /// One eye's finished view.
 struct EyePicture {

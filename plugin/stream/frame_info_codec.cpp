@@ -247,7 +247,7 @@ std::vector<MovingRegion> get_moving(Reader& in, TrackRole role, const Camera& c
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
-    tagged.role = in.get_enum(TrackRole::reflections, "track role");
+    tagged.role = in.get_enum(TrackRole::window_reflections, "track role");
     const auto kind = in.get_enum(CameraKind::perspective, "camera kind");
     info.eye = in.get_enum(Eye::right, "eye");
     info.lock = in.get_enum(AxisLock::path, "axis lock");
@@ -303,15 +303,29 @@ bool starts_with_our_uuid(std::span<const std::uint8_t> payload) {
 }  // namespace
 
 const char* track_name(TrackRole role) {
-    constexpr const char* names[] = {"main",         "small",   "depth",         "hidden",
-                                     "hidden-depth", "patches", "patches-depth", "images"};
+    constexpr const char* names[] = {"main",          "small",  "depth",  "hidden",       "hidden-depth", "patches",
+                                     "patches-depth", "images", "window", "window-depth", "window-images"};
     static_assert(std::size(names) == track_role_count);
     return names[static_cast<std::size_t>(role)];
 }
 
 bool is_depth(TrackRole role) {
-    return role == TrackRole::depth || role == TrackRole::hidden_depth || role == TrackRole::patches_depth ||
-           role == TrackRole::reflections;
+    return may_be_halved(role) || is_reflections(role) || role == TrackRole::hidden_depth ||
+           role == TrackRole::patches_depth;
+}
+
+bool may_be_halved(TrackRole role) {
+    return role == TrackRole::depth || role == TrackRole::window_depth;
+}
+
+bool is_reflections(TrackRole role) {
+    return role == TrackRole::reflections || role == TrackRole::window_reflections;
+}
+
+std::optional<TrackRole> reflections_role_of(TrackRole colour) {
+    return colour == TrackRole::main     ? std::optional(TrackRole::reflections)
+           : colour == TrackRole::window ? std::optional(TrackRole::window_reflections)
+                                         : std::nullopt;
 }
 
 std::optional<TrackRole> depth_role_of(TrackRole colour) {
@@ -322,6 +336,8 @@ std::optional<TrackRole> depth_role_of(TrackRole colour) {
         return TrackRole::hidden_depth;
     case TrackRole::patches:
         return TrackRole::patches_depth;
+    case TrackRole::window:
+        return TrackRole::window_depth;
     default:
         return std::nullopt;
     }

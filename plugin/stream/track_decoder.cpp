@@ -88,7 +88,7 @@ bool fits_role(const AVFrame& frame, const TaggedFrameInfo& tagged) {
     const auto& depth_code = tagged.info.depth_code;
     if (is_depth(tagged.role) != depth_code.has_value())
         return false;
-    if (depth_code && depth_code->halved && (tagged.role != TrackRole::depth || !is_half_of(frame, tagged.info.camera)))
+    if (depth_code && depth_code->halved && (!may_be_halved(tagged.role) || !is_half_of(frame, tagged.info.camera)))
         return false;
     return !depth_code || decoded_planes(frame, make_depth_code(depth_code->code)->format()).has_value();
 }

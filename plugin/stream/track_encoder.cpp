@@ -47,8 +47,9 @@ void check_track(const TrackSettings& track) {
     if (is_depth(track.role) != track.depth_code.has_value())
         throw InputError(expected_found(where, is_depth(track.role) ? "a depth code" : "no depth code",
                                         is_depth(track.role) ? "none" : depth_code_name(*track.depth_code)));
-    if (track.halved && track.role != TrackRole::depth)
-        throw InputError(expected_found(where, "all columns and rows (main's depth alone may be halved)", "half"));
+    if (track.halved && !may_be_halved(track.role))
+        throw InputError(
+            expected_found(where, "all columns and rows (only the depth of main and window may be halved)", "half"));
     if (track.halved && (track.width % 4 != 0 || track.height % 4 != 0 || track.coded_width() < min_track_side ||
                          track.coded_height() < min_track_side))
         throw InputError(expected_found(

@@ -24,7 +24,7 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
 
 std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) {
     try {
-        Frame frame = read_exr(sources.tracks.front().folder / frame_file_name(sources.frames[position]), {"colour"});
+        Frame frame = read_exr(sources.looked_at().folder / frame_file_name(sources.frames[position]), {"colour"});
         frame.info.index = sources.frames[position];
         return frame.planes.contains("colour") ? std::optional(std::move(frame)) : std::nullopt;
     } catch (const InputError&) {

@@ -92,13 +92,13 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
     }
 }
 
-/// The track of main's mirrors and glass, where main has some.
-std::optional<DepthTrack> plan_images(const DepthRequest& request, const Beside& beside) {
+/// The track of a picture's mirrors and glass, where it has some.
+std::optional<DepthTrack> plan_images(const SourceTrack& source, const DepthRequest& request, const Beside& beside) {
     const Sources& sources = beside.sources;
-    const SourceTrack& main = sources.tracks.front();
-    const Frame first = read_exr(main.folder / frame_file_name(sources.frames.front()));  // whatever it has
-    const std::vector<std::string> planes = planes_of(TrackRole::reflections);
-    DepthTrack track{TrackRole::reflections, main, box_radius_m(first.info), DepthCodeId::w10, request.crf};
+    const TrackRole role = *reflections_role_of(source.role);
+    const Frame first = read_exr(source.folder / frame_file_name(sources.frames.front()));  // whatever it has
+    const std::vector<std::string> planes = planes_of(role);
+    DepthTrack track{role, source, box_radius_m(first.info), DepthCodeId::w10, request.crf};
     if (!std::ranges::all_of(planes, [&](const std::string& plane) { return first.planes.contains(plane); }) ||
         !(track.box_radius_m > 0))
         return std::nullopt;
@@ -111,7 +111,7 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Beside&
 
 /// Beside the depth that the plan has, which is chosen without it: behind foliage it would take all there is.
 void add_images(const DepthRequest& request, const Beside& beside, DepthPlan& plan) {
-    std::optional<DepthTrack> images = plan_images(request, beside);
+    std::optional<DepthTrack> images = plan_images(beside.sources.looked_at(), request, beside);
     if (!images)
         return;
     if (!plan.tracks.empty())
@@ -130,19 +130,25 @@ void add_images(const DepthRequest& request, const Beside& beside, DepthPlan& pl
     }
     plan.tracks.push_back(std::move(*images));
     choose_depth(settled, beside, plan);
+    if (beside.sources.looked_at().role == TrackRole::main)
+        return;
+    if (auto of_base = plan_images(beside.sources.tracks.front(), request, beside)) {
+        of_base->crf = plan.tracks.front().crf;
+        plan.tracks.push_back(std::move(*of_base));
+    }
 }
 
 }  // namespace
 
 std::vector<std::string> planes_of(TrackRole role) {
-    return role == TrackRole::reflections ? std::vector<std::string>{"specular", "depth", "virtual_depth"}
-                                          : std::vector<std::string>{"depth"};
+    return is_reflections(role) ? std::vector<std::string>{"specular", "depth", "virtual_depth"}
+                                : std::vector<std::string>{"depth"};
 }
 
 FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const std::filesystem::path& file) {
     const std::vector<std::string> planes = planes_of(track.role);
     FloatImage distances_m = frame.planes.at(planes.back());  // a copy: main's depth is asked for by its mirrors too
-    if (track.role == TrackRole::reflections)
+    if (is_reflections(track.role))
         leave_images_only(frame, track.box_radius_m, distances_m);
     // Slots of an atlas that nobody uses may hold none; the atlas says which these are.
     if (track.role == TrackRole::patches_depth)
@@ -186,7 +192,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;
         DepthTrack track{*role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
-        track.halved = *role == TrackRole::depth && request.halved.value_or(false);
+        track.halved = source.role == sources.looked_at().role && request.halved.value_or(false);
         if (!(track.box_radius_m > 0))
             throw InputError(expected_found(source.folder.string(),
                                             "eyes that may leave the sphere's centre, for depth to be of use",
@@ -200,6 +206,9 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
             track.main_folder = sources.tracks.front().folder;
         plan.tracks.push_back(std::move(track));
     }
+    // What is chosen, is chosen for what eyes look at.
+    std::ranges::stable_partition(
+        plan.tracks, [&](const DepthTrack& track) { return track.source.role == sources.looked_at().role; });
     choose_depth(request, beside, plan);
     if (request.images != ImagesTrack::none)
         add_images(request, beside, plan);

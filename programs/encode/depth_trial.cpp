@@ -176,7 +176,7 @@ DepthTrial try_track(const DepthTrack& track, const Beside& beside) {
 }
 
 void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& plan) {
-    if (request.crf || plan.tracks.empty() || plan.tracks.front().role != TrackRole::depth ||
+    if (request.crf || plan.tracks.empty() || !may_be_halved(plan.tracks.front().role) ||
         plan.tracks.front().code == DepthCodeId::lossless)
         return;
     Trials trials(plan.tracks, beside);

@@ -21,7 +21,7 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     settings.tracks.clear();
     for (const Picture& picture : first) {
         settings.tracks.push_back({picture.role, picture.width(), picture.height()});
-        if (picture.role != TrackRole::main)
+        if (picture.role != TrackRole::main && picture.role != TrackRole::window)
             settings.tracks.back().crf =
                 request.fill_crf.value_or(default_fill_crf(picture.role, request.settings.crf));
         for (const auto& [track, distances_m] : picture.distances_m)
@@ -132,7 +132,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         for (const Picture& picture : pictures) {
             const auto began = Clock::now();
             FrameInfo info = picture.info;
-            if (picture.role == TrackRole::main)
+            if (picture.role == request.sources.looked_at().role)
                 info.coding_loss = report.colour.loss;
             if (picture.motion)
                 report.motion->add(*picture.motion, info);

@@ -107,6 +107,11 @@ FillTracks parse_fill_tracks(const std::string& list) {
     return tracks;
 }
 
+const SourceTrack& Sources::looked_at() const {
+    const auto window = std::ranges::find(tracks, TrackRole::window, &SourceTrack::role);
+    return window != tracks.end() ? *window : tracks.front();
+}
+
 Sources find_sources(const SourceRequest& request) {
     const fs::file_type type = type_of(request.folder, "a folder of frames");
     if (type != fs::file_type::directory)
@@ -122,11 +127,14 @@ Sources find_sources(const SourceRequest& request) {
     for (const char* eye : eyes_by_preference)
         if (main != request.folder && main != request.folder / eye && holds_frames(request.folder / eye))
             sources.left_out.emplace_back(eye);
+    if (const fs::path window = request.folder / track_name(TrackRole::window);
+        main != request.folder && holds_frames(window))
+        sources.tracks.push_back({TrackRole::window, window});
     for (const TrackRole role : fill_roles)
-        if (const auto folder = find_fill_folder(request, main, role)) {
+        if (const auto folder = find_fill_folder(request, main, role))
             sources.tracks.push_back({role, *folder});
-            chosen_frames(*folder, cli::FrameRange{sources.frames.front(), sources.frames.back()});
-        }
+    for (const SourceTrack& track : sources.tracks)
+        chosen_frames(track.folder, cli::FrameRange{sources.frames.front(), sources.frames.back()});
     return sources;
 }
 

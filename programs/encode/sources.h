@@ -34,11 +34,14 @@ struct SourceTrack {
 };
 
 struct Sources {
-    std::vector<SourceTrack> tracks;   ///< main first
+    std::vector<SourceTrack> tracks;   ///< main first, then the window where there is one
     std::vector<std::int64_t> frames;  ///< ascending, without gaps, there in every track
     StereoPacking packing = StereoPacking::none;
     std::filesystem::path right_eye{};    ///< where both eyes are packed: main's folder has the left one's frames
     std::vector<std::string> left_out{};  ///< other eyes' folders beside main's
+
+    /// Whose pixels eyes look at: the window's, where there is one, else main's.
+    const SourceTrack& looked_at() const;
 };
 
 /// Throws InputError naming the folder or frame that is missing.

@@ -168,7 +168,8 @@ void FramePlayer::set_eyes(const ReceivedFrame& frame, PlayedFrame& played, cons
 
 std::array<double, 2> FramePlayer::decoding_ms(const ReceivedFrame& frame) const {
     std::array ms = {frame.main.decode_ms, frame.main.convert_ms};
-    for (const auto& [role, other] : {std::pair{TrackRole::small, &frame.small},
+    for (const auto& [role, other] : {std::pair{TrackRole::main, &frame.base},
+                                      {TrackRole::small, &frame.small},
                                       {TrackRole::hidden, &frame.hidden},
                                       {TrackRole::patches, &frame.patches}})
         if (*other && !uncounted_[std::size_t(role)]) {

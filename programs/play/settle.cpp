@@ -24,6 +24,7 @@ TrackRoles roles_of(const ReceivedFrame& frame) {
         return picture && !picture->depth_m.empty();
     };
     add(TrackRole::main, true);
+    add(TrackRole::window, came(frame.base));
     add(TrackRole::small, came(frame.small));
     add(TrackRole::depth, !frame.main.depth_m.empty());
     add(TrackRole::hidden, came(frame.hidden));

@@ -107,14 +107,15 @@ typedef enum es_pixel_format {
 /* What gave a pixel its colour: the values of es_eye_image.origin. */
 typedef enum es_origin {
     ES_ORIGIN_GAP = 0,        /* nothing; all four channels are 0 */
-    ES_ORIGIN_SOURCE = 1,     /* the sphere itself */
+    ES_ORIGIN_SOURCE = 1,     /* the sphere itself, or the window of one */
     ES_ORIGIN_SMALL = 2,      /* the small second-eye view */
     ES_ORIGIN_NEIGHBOURS = 3, /* the pixels around */
     ES_ORIGIN_EARLIER = 4,    /* an earlier frame */
     ES_ORIGIN_PATCHES = 5,    /* patches that the server predicted */
     ES_ORIGIN_HIDDEN = 6,     /* the sphere's hidden layer */
     ES_ORIGIN_GEOMETRY = 7,   /* the scene's geometry */
-    ES_ORIGIN_PUSH_PULL = 8   /* coarser levels of the picture */
+    ES_ORIGIN_PUSH_PULL = 8,  /* coarser levels of the picture */
+    ES_ORIGIN_BASE = 9        /* the coarse sphere around a window */
 } es_origin;
 
 /* One eye's picture in the caller's memory. The caller gives planes of request.width x request.height pixels at least;

@@ -40,9 +40,9 @@ vec3 depth_colour(float inverse_m) {
 }
 
 /// Who coloured a pixel, in the order of PixelOrigin.
-const vec3 origin_colours[9] =
-    vec3[9](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
-            vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9));
+const vec3 origin_colours[10] =
+    vec3[10](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
+             vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9), vec3(0.5, 0.6, 0.7));
 
 vec3 eye_at(ivec2 at, int layer) {
     at = clamp(at, ivec2(0), eye_size - 1);
@@ -51,7 +51,7 @@ vec3 eye_at(ivec2 at, int layer) {
     return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(overlaid, ivec3(at, layer), 0).x) : 0.3 * seen;
 #elif OVERLAY == OVERLAY_gaps
     uint origin = texelFetch(origins, ivec3(at, layer), 0).x;
-    return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 8u)], 0.7);
+    return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 9u)], 0.7);
 #elif OVERLAY == OVERLAY_reliability
     return mix(vec3(1.0, 0.1, 0.1), seen, texelFetch(overlaid, ivec3(at, layer), 0).x);
 #elif OVERLAY == OVERLAY_motion

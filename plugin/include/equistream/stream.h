@@ -29,8 +29,11 @@ enum class TrackRole : std::uint8_t {
     patches = 5,        ///< what an eye of the head box uncovers, packed in an atlas
     patches_depth = 6,  ///< the atlas's radial depth, each patch's from its own origin
     reflections = 7,    ///< main's mirrors and glass: how far away what they show is, no surface where there are none
+    window = 8,         ///< the part of a denser sphere that someone looks at (window.h); main is the sphere around it
+    window_depth = 9,   ///< window's radial depth
+    window_reflections = 10,  ///< window's mirrors and glass
 };
-inline constexpr int track_role_count = 8;
+inline constexpr int track_role_count = 11;
 using TrackRoles = std::bitset<track_role_count>;  ///< by value
 
 const char* track_name(TrackRole role);  ///< "main", "small", "depth", "hidden", "hidden-depth", ...
@@ -39,6 +42,12 @@ const char* track_name(TrackRole role);  ///< "main", "small", "depth", "hidden"
 bool is_depth(TrackRole role);
 /// Of colour tracks: the role of their depth, where there is one (all but small).
 std::optional<TrackRole> depth_role_of(TrackRole colour);
+/// Of main and window: the role of their mirrors and glass.
+std::optional<TrackRole> reflections_role_of(TrackRole colour);
+/// Whether the role is the depth of main or window, which may be coded at half the columns and rows.
+bool may_be_halved(TrackRole role);
+/// Whether the role is of mirrors and glass.
+bool is_reflections(TrackRole role);
 
 /// Where a picture stands in its track, so that a cut or a gap shows whatever the container.
 struct TrackPosition {
@@ -80,7 +89,8 @@ struct TrackSettings {
     int height = 0;                           ///< even
     std::optional<DepthCodeId> depth_code{};  ///< of depth tracks: always; of others: never
     std::optional<double> crf{};              ///< nothing: the stream's; `lossless` has none
-    /// Of main's depth alone: coded at half the columns and rows (depth_code.h), which are then multiples of 4.
+    /// Of main's and window's depth alone: coded at half the columns and rows (depth_code.h), which are then multiples
+    /// of 4.
     bool halved = false;
     int coded_width() const { return halved ? width / 2 : width; }
     int coded_height() const { return halved ? height / 2 : height; }
@@ -225,7 +235,7 @@ struct StreamReadOptions {
     bool wants(TrackRole role) const {
         if (role != TrackRole::main && left_out[std::size_t(role)])
             return false;
-        return role == TrackRole::reflections ? images : depth || !is_depth(role);
+        return is_reflections(role) ? images : depth || !is_depth(role);
     }
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};

@@ -5,6 +5,7 @@
 /// axes. It lies on whole blocks of the grid, so that a codec finds a still picture where only the gaze moves. It goes
 /// on across the seam and never over a pole. Everything is a plain value; all functions are pure and thread-safe.
 #include <equistream/camera.h>
+#include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <algorithm>
