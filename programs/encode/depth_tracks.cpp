@@ -92,6 +92,15 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
     }
 }
 
+/// The window than the base.
+double times_denser(const Sources& sources) {
+    const auto pixel_rad = [&](const SourceTrack& track) {
+        const FrameInfo info = read_exr_info(track.folder / frame_file_name(sources.frames.front()));
+        return std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, info.camera);
+    };
+    return std::max(1.0, pixel_rad(sources.tracks.front()) / pixel_rad(sources.looked_at()));
+}
+
 /// The track of a picture's mirrors and glass, where it has some.
 std::optional<DepthTrack> plan_images(const SourceTrack& source, const DepthRequest& request, const Beside& beside) {
     const Sources& sources = beside.sources;
@@ -140,6 +149,10 @@ void add_images(const DepthRequest& request, const Beside& beside, DepthPlan& pl
 
 }  // namespace
 
+bool can_be_halved(int width, int height) {
+    return width % 4 == 0 && height % 4 == 0 && std::min(width, height) >= 2 * min_track_side;
+}
+
 std::vector<std::string> planes_of(TrackRole role) {
     return is_reflections(role) ? std::vector<std::string>{"specular", "depth", "virtual_depth"}
                                 : std::vector<std::string>{"depth"};
@@ -173,7 +186,7 @@ DepthRange DepthRanges::of(std::size_t position, const DepthWay& way) {
     }
     const double budgets = way.halved ? halved_budgets : 1;
     DepthRange range =
-        depth_range(*make_depth_code(way.code), track_.box_radius_m, nearest_m_, default_focal_length_px / budgets);
+        depth_range(*make_depth_code(way.code), track_.box_radius_m, nearest_m_, track_.focal_length_px / budgets);
     range.has_empty = has_empty_;
     return range;
 }
@@ -185,33 +198,44 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
     // is of no use without its depth, which no client casts.
     const bool main_has_some = request.code != "none";
     const bool automatic = request.code == "auto" || !main_has_some;
-    for (const SourceTrack& source : sources.tracks) {
-        const auto role = depth_role_of(source.role);
-        if (!role || (source.role != TrackRole::hidden && !main_has_some))
-            continue;
+    const auto planned = [&](const SourceTrack& source, double focal_length_px, const DepthRequest& asked) {
+        const TrackRole role = *depth_role_of(source.role);
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;
-        DepthTrack track{*role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
-        track.halved = source.role == sources.looked_at().role && request.halved.value_or(false);
+        DepthTrack track{role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
+        track.halved = may_be_halved(role) && asked.halved.value_or(false) &&
+                       can_be_halved(width_of(info.camera), height_of(info.camera));
+        track.focal_length_px = focal_length_px;
         if (!(track.box_radius_m > 0))
             throw InputError(expected_found(source.folder.string(),
                                             "eyes that may leave the sphere's centre, for depth to be of use",
                                             "no distance between the eyes and no lean"));
         track.code = automatic ? code_for_bound(track.box_radius_m,
                                                 extent_of_some(track, sources.frames, beside.settings.gop).nearest_m,
-                                                default_focal_length_px)
+                                                focal_length_px)
                                : make_depth_code(request.code)->id();
-        if (*role == TrackRole::hidden_depth && track.code != DepthCodeId::lossless &&
+        if (role == TrackRole::hidden_depth && track.code != DepthCodeId::lossless &&
             has_depth(sources.tracks.front(), sources.frames.front()))
             track.main_folder = sources.tracks.front().folder;
-        plan.tracks.push_back(std::move(track));
-    }
+        return track;
+    };
     // What is chosen, is chosen for what eyes look at.
-    std::ranges::stable_partition(
-        plan.tracks, [&](const DepthTrack& track) { return track.source.role == sources.looked_at().role; });
+    const SourceTrack& looked_at = sources.looked_at();
+    if (main_has_some)
+        plan.tracks.push_back(planned(looked_at, default_focal_length_px, request));
+    for (const SourceTrack& source : sources.tracks)
+        if (source.role == TrackRole::hidden || (source.role == TrackRole::patches && main_has_some))
+            plan.tracks.push_back(planned(source, default_focal_length_px, request));
     choose_depth(request, beside, plan);
     if (request.images != ImagesTrack::none)
         add_images(request, beside, plan);
+    if (looked_at.role != TrackRole::main && main_has_some) {
+        DepthRequest settled = request;
+        settled.halved = plan.tracks.front().halved;
+        plan.tracks.push_back(
+            planned(sources.tracks.front(), default_focal_length_px / times_denser(sources), settled));
+        plan.tracks.back().crf = plan.tracks.front().crf;
+    }
     return plan;
 }
 

@@ -3,6 +3,7 @@
 #include "colour_trial.h"
 #include "sources.h"
 
+#include <equistream/bound.h>
 #include <equistream/depth_code.h>
 #include <equistream/frame.h>
 
@@ -34,6 +35,9 @@ struct DepthTrack {
     DepthCodeId code = DepthCodeId::w10;
     std::optional<double> crf;
     bool halved = false;  ///< half the columns and rows
+    /// Of the views that the error budget is for, pixels. A base's pixels are larger than a window's, and so is its
+    /// share of a view's sharpness: its depth may be as much coarser.
+    double focal_length_px = default_focal_length_px;
     /// Of a hidden layer: main's frames, whose depth it gets where it holds nothing. Empty: it stays as it is.
     std::filesystem::path main_folder{};
 };
@@ -99,6 +103,9 @@ DepthTrial try_track(const DepthTrack& track, const Beside& beside);
 /// of those that leave practically all there, the cheapest. Does nothing where main has no depth, where the CRF was
 /// given or where it does not matter.
 void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& plan);
+
+/// Whether depth of such pictures may be coded at half the columns and rows.
+bool can_be_halved(int width, int height);
 
 /// Planes of a rendered frame that a track of distances is made of.
 std::vector<std::string> planes_of(TrackRole role);

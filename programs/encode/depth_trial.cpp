@@ -88,8 +88,7 @@ public:
                     codes.push_back(code);
         }
         const FloatImage& depth_m = main.distances_m.front();
-        const auto can_be_halved = [](int side) { return side % 4 == 0 && side >= 2 * min_track_side; };
-        const bool try_half = can_be_halved(depth_m.width()) && can_be_halved(depth_m.height());
+        const bool try_half = can_be_halved(depth_m.width(), depth_m.height());
         std::vector<DepthWay> all;
         for (const DepthCodeId code : codes)
             for (const bool halved : {false, true})
