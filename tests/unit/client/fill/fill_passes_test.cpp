@@ -3,6 +3,7 @@
 
 #include <equistream/bound.h>
 #include <equistream/rec709.h>
+#include <equistream/window.h>
 
 #include <gtest/gtest.h>
 
@@ -182,9 +183,93 @@ TEST_P(BothWays, DecoderPlanesGiveTheSameColours) {
     EXPECT_TRUE(std::ranges::equal(scene.picture.rgba.samples(), from_planes.rgba.samples()));
 }
 
+/// Both eyes' middle before a wall of smooth colour, in a window that ends within what they see.
+struct WindowScene {
+    static constexpr WindowGrid grid{1536, 768, 320, 256};
+    Pose centre;
+    PerspectiveCamera camera{320, 200, pi / 2};
+    Pose turned{{0.0315, 0, 0}, glm::angleAxis(-0.4, dvec3(0, 1, 0))};
+    EquirectCamera window_of = window_camera(grid, window_around(grid, {0, 0, -1}));
+    Rendered window = render(wall_alone, red_and_smooth, window_of, centre);
+    Rendered base = render(wall_alone, red_and_smooth, EquirectCamera{384, 192, {}}, centre);
+    Rendered truth = render(wall_alone, red_and_smooth, camera, turned);
+    SourceView window_view = window.source(0.0315), base_view = base.source(0.0315);
+    EyePicture picture;
+
+    /// `darker`: the base's colours are so much darker, so that a border would show.
+    void show(std::string_view engine, bool eye_has_depth, int darker = 0) {
+        if (engine == "rotation")
+            base_view.depth_m = {};
+        if (darker > 0)
+            for (std::uint8_t& value : base.rgb.samples())
+                value = std::uint8_t(std::max(0, value - darker));
+        const EyeView eye{camera, turned, eye_has_depth ? truth.depth_m.view() : ImageView<const float>{}};
+        const auto made = make_engine(engine);
+        made->set_source(window_view);
+        made->reproject(eye, picture);
+        const FillChain chain = make_fill_chain("base");
+        chain[0]->set_frame({.main = &window_view, .base = &base_view});
+        before = picture;
+        Gaps gaps(picture.origin.view());
+        chain[0]->fill(eye, picture, gaps);
+    }
+    EyePicture before;  ///< as the engine left it
+};
+
+TEST(BasePass, ShowsWhatLiesBeyondTheWindow) {
+    for (const auto& [engine, eye_has_depth] : {std::pair("eye-depth", true), {"mesh", false}}) {
+        SCOPED_TRACE(engine);
+        WindowScene scene;
+        scene.show(engine, eye_has_depth);
+        EXPECT_GT(scene.picture.count(PixelOrigin::base), 5000);
+        EXPECT_LT(scene.picture.count(PixelOrigin::gap), 200);
+        int worst = 0;
+        for (int y = 0; y < scene.camera.height; ++y)
+            for (int x = 0; x < scene.camera.width; ++x)
+                if (*scene.picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap))
+                    for (int c = 0; c < 3; ++c)
+                        worst = std::max(worst,
+                                         std::abs(scene.picture.rgba.pixel(x, y)[c] - scene.truth.rgb.pixel(x, y)[c]));
+        EXPECT_LE(worst, 4) << evidence(scene.picture.rgb().view(), scene.truth.rgb.view());
+    }
+}
+
+/// The largest step between pixels side by side of a row.
+int largest_step(const ByteImage& rgba, const ByteImage& origin) {
+    int largest = 0;
+    for (int y = 0; y < rgba.height(); ++y)
+        for (int x = 1; x < rgba.width(); ++x)
+            if (*origin.pixel(x, y) != 0 && *origin.pixel(x - 1, y) != 0)
+                largest = std::max(largest, std::abs(rgba.pixel(x, y)[1] - rgba.pixel(x - 1, y)[1]));
+    return largest;
+}
+
+TEST(BasePass, LeavesNoBorderToBeSeen) {
+    for (const auto& [engine, eye_has_depth] : {std::pair("eye-depth", true), {"mesh", false}, {"rotation", false}}) {
+        SCOPED_TRACE(engine);
+        WindowScene alike, darker;
+        alike.show(engine, eye_has_depth);
+        darker.show(engine, eye_has_depth, 40);
+        const int without = largest_step(alike.picture.rgba, alike.picture.origin);
+        EXPECT_LE(largest_step(darker.picture.rgba, darker.picture.origin), without + 6)
+            << "40 of 255 in one step, or over 8 pixels";
+        EXPECT_GT(largest_step(darker.picture.rgba, darker.picture.origin), without) << "the test sees the border";
+    }
+}
+
+TEST(BasePass, TouchesNothingWellWithinTheWindow) {
+    WindowScene scene;
+    scene.show("eye-depth", true, 40);
+    std::int64_t untouched = 0;
+    for (std::size_t i = 0; i < scene.picture.origin.samples().size(); ++i)
+        untouched += std::equal(&scene.picture.rgba.samples()[4 * i], &scene.picture.rgba.samples()[4 * i] + 4,
+                                &scene.before.rgba.samples()[4 * i]);
+    EXPECT_GT(untouched, 0.5 * double(scene.picture.origin.samples().size()));
+}
+
 TEST(FillPasses, NothingIsDoneWithoutInput) {
     FillScene scene;
-    for (const char* fill_pass : {"patches", "hidden", "earlier", "small", "small-wide", "geometry"}) {
+    for (const char* fill_pass : {"patches", "hidden", "earlier", "small", "small-wide", "geometry", "base"}) {
         const FillChain chain = make_fill_chain(fill_pass);
         chain[0]->set_frame({.main = &scene.main_view});
         EXPECT_EQ(chain[0]->fill(scene.eye, scene.picture), 0);

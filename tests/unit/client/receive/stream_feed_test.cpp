@@ -3,6 +3,7 @@
 #include <client/warp/engine.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
+#include <equistream/window.h>
 
 #include <gtest/gtest.h>
 
@@ -194,6 +195,85 @@ TEST_F(StreamFeeds, PatchesAreOfMainsSphere) {
                                                      " of patches: expected the sphere of its main picture, 128x64, "
                                                      "found 16384x8192");
         }
+    }
+}
+
+/// A window of 128x64 pixels of a sphere of 512x256, ever farther to the right, within a base of 128x64; the frame in
+/// the middle has none.
+class StreamedWindows : public StreamFeeds {
+protected:
+    static constexpr std::int64_t frames = 5;
+
+    void SetUp() override {
+        StreamFeeds::SetUp();
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.tracks = {{TrackRole::main, 128, 64},
+                           {TrackRole::window, 128, 64},
+                           {TrackRole::window_depth, 128, 64, DepthCodeId::w10},
+                           {TrackRole::window_reflections, 128, 64, DepthCodeId::w10}};
+        StreamWriter writer(file_.string(), settings);
+        for (std::int64_t i = 0; i < frames; ++i) {
+            FrameInfo base = info(first_index + i, 128, 64);
+            writer.write(TrackRole::main, ByteImage(128, 64, 3, 50).view(), base);
+            if (i == frames / 2)
+                continue;
+            FrameInfo window = base;
+            window.camera = window_camera(grid, place(i));
+            if (i == frames - 1)
+                window.camera_pose.position_m = moved_m_;
+            writer.write(TrackRole::window, ByteImage(128, 64, 3, 150).view(), window);
+            window.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
+            writer.write_depth(TrackRole::window_depth, FloatImage(128, 64, 1, 3).view(), window);
+            writer.write_depth(TrackRole::window_reflections, FloatImage(128, 64, 1, 5).view(), window);
+        }
+        writer.finish();
+    }
+    static WindowPlace place(std::int64_t i) { return {int(448 + 16 * i) % grid.columns, 96}; }
+
+    static constexpr WindowGrid grid{512, 256, 128, 64};
+    fs::path file_ = folder_ / "window.mkv";
+    glm::dvec3 moved_m_{0};
+};
+
+TEST_F(StreamedWindows, EyesLookThroughTheWindowWhereOneCame) {
+    const auto feed = open_feed(file_.string(), {.depth = true, .specular = true});
+    for (std::int64_t i = 0; i < frames; ++i) {
+        SCOPED_TRACE(i);
+        const auto frame = feed->next();
+        ASSERT_TRUE(frame);
+        EXPECT_EQ(frame->main.info.index, first_index + i);
+        const bool has_window = i != frames / 2;
+        ASSERT_EQ(frame->base.has_value(), has_window);
+        EXPECT_NEAR(*frame->main.rgb.pixel(64, 32), has_window ? 150 : 50, 2);
+        if (!has_window)
+            continue;
+        EXPECT_TRUE(same_camera(frame->main.info.camera, window_camera(grid, place(i))));
+        EXPECT_NEAR(*frame->main.depth_m.pixel(64, 32), 3, 0.05);
+        EXPECT_NEAR(*frame->main.virtual_depth_m.pixel(64, 32), 5, 0.1);
+        EXPECT_NEAR(*frame->base->rgb.pixel(64, 32), 50, 2);
+        EXPECT_TRUE(frame->base->depth_m.empty());
+        EXPECT_TRUE(same_camera(frame->base->info.camera, EquirectCamera{128, 64, {}}));
+    }
+    EXPECT_FALSE(feed->next());
+}
+
+class StreamedWindowElsewhere : public StreamedWindows {
+protected:
+    StreamedWindowElsewhere() { moved_m_ = {0, 0.1, 0}; }
+};
+
+TEST_F(StreamedWindowElsewhere, IsRefused) {
+    const auto feed = open_feed(file_.string());
+    for (std::int64_t i = 0; i + 1 < frames; ++i)
+        ASSERT_TRUE(feed->next());
+    try {
+        feed->next();
+        ADD_FAILURE() << "a window is a part of its sphere";
+    } catch (const WorkError& error) {
+        EXPECT_EQ(std::string(error.what()), file_.string() + ": frame " + std::to_string(first_index + frames - 1) +
+                                                 " of window: expected the position and the axes of the sphere around "
+                                                 "it, found others");
     }
 }
 
