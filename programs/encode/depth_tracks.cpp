@@ -95,8 +95,7 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
 /// The window than the base.
 double times_denser(const Sources& sources) {
     const auto pixel_rad = [&](const SourceTrack& track) {
-        const FrameInfo info = read_exr_info(track.folder / frame_file_name(sources.frames.front()));
-        return std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, info.camera);
+        return pixel_angle_rad(read_exr_info(track.folder / frame_file_name(sources.frames.front())).camera);
     };
     return std::max(1.0, pixel_rad(sources.tracks.front()) / pixel_rad(sources.looked_at()));
 }

@@ -191,7 +191,8 @@ void RenderChild::hear(const std::string& line) {
             frames_per_second = answer.at("frames_per_second").get<double>();
         else
             frame = {answer.at("frame").get<std::int64_t>(), answer.at("file").get<std::string>(),
-                     answer.at("render_s").get<double>(), answer.at("write_s").get<double>()};
+                     answer.value("window", std::string()), answer.at("render_s").get<double>(),
+                     answer.at("write_s").get<double>()};
     } catch (const nlohmann::json::exception&) {
         return events_.failed(std::make_exception_ptr(
             WorkError(expected_found(program_, "an answer of render --follow", "'" + line + "'"))));

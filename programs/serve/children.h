@@ -31,6 +31,7 @@ struct FrameOrder {
 struct RenderedFrame {
     std::int64_t frame = 0;
     std::string file;
+    std::string window;  ///< file of the window within it; empty: none
     double render_s = 0, write_s = 0;
 };
 

@@ -120,17 +120,17 @@ private:
         const std::uint32_t spp = pace_.spp();
         tell(pace_.took(seconds_since(ordered_)), spp, seconds_since(ordered_));
         ++coding_;
-        asio::post(worker_, [this, file = frame.file, begin_group = stream_.take_joined(), ordered = ordered_] {
-            encode(file, begin_group, ordered);
+        asio::post(worker_, [this, frame, begin_group = stream_.take_joined(), ordered = ordered_] {
+            encode(frame, begin_group, ordered);
         });
         look();
     }
 
     /// In the worker's thread.
-    void encode(const std::string& file, bool begin_group, Clock::time_point ordered) {
+    void encode(const RenderedFrame& frame, bool begin_group, Clock::time_point ordered) {
         const auto start = Clock::now();
         try {
-            auto coded = encoder_.encode(file, begin_group);
+            auto coded = encoder_.encode(frame.file, frame.window, begin_group);
             asio::post(io_, [this, coded = std::move(coded), took_s = seconds_since(start), ordered] {
                 publish(coded, took_s, ordered);
             });
@@ -260,6 +260,8 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     LiveSettings& s = o.settings;
     add("--host", o.host, "Renderer: " + cli::host_names()).with_default();
     add("--size", o.size, "Of the spheres, WxH").with_default();
+    add("--window", o.window, "W x H degrees of a denser sphere, as render does, around where the first viewer looks");
+    add("--density", o.density, "Columns of that denser sphere (default: four times the spheres')");
     add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
     add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")
         .one_of(denoise_quality_names)
@@ -304,6 +306,10 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     settings.arguments = {scene,        "--follow",   "--out",     (folder / "frames").string(),
                           "--size",     options.size, "--aovs",    settings.coding.depth ? "depth" : "none",
                           "--progress", "none",       "--denoise", options.denoise};
+    if (!options.window.empty())
+        settings.arguments.insert(settings.arguments.end(), {"--window", "gaze," + options.window});
+    if (options.density > 0)
+        settings.arguments.insert(settings.arguments.end(), {"--density", std::to_string(options.density)});
     if (!options.path.empty())
         settings.arguments.insert(settings.arguments.end(), {"--path", options.path});
     if (options.accumulate > 0)

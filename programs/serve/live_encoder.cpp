@@ -29,8 +29,18 @@ double nearest_in(const FloatImage& depth_m) {
 
 }  // namespace
 
-void LiveEncoder::open(const Frame& frame) {
-    const FrameInfo& info = frame.info;
+void LiveEncoder::read(Part& part, const std::string& file) const {
+    std::vector<std::string> planes = {"colour"};
+    if (coding_.depth)
+        planes.push_back("depth");
+    part.frame = read_exr(file, planes);
+    std::filesystem::remove(file);
+    if (coding_.depth)
+        part.nearest_m = nearest_in(part.frame.planes.at("depth"));
+}
+
+void LiveEncoder::open() {
+    const FrameInfo& info = parts_.front().frame.info;
     StreamSettings settings;
     settings.crf = coding_.crf;
     settings.preset = coding_.preset;
@@ -40,53 +50,70 @@ void LiveEncoder::open(const Frame& frame) {
     settings.live = true;
     const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
     settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
-    settings.tracks.push_back({TrackRole::main, width_of(info.camera), height_of(info.camera)});
     box_radius_m_ = head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
-    if (coding_.depth && box_radius_m_ > 0) {
+    if (coding_.depth && box_radius_m_ > 0)
         depth_code_ = make_depth_code(DepthCodeId::w10);
-        settings.tracks.push_back({TrackRole::depth, width_of(info.camera), height_of(info.camera), depth_code_->id()});
+    for (const Part& part : parts_) {
+        const int width = width_of(part.frame.info.camera), height = height_of(part.frame.info.camera);
+        settings.tracks.push_back({part.role, width, height});
+        if (depth_code_)
+            settings.tracks.push_back({*depth_role_of(part.role), width, height, depth_code_->id()});
     }
+    // A base's pixels are larger than its window's, and its depth may be as much coarser.
+    if (parts_.size() > 1)
+        parts_.front().focal_length_px *= std::min(1.0, pixel_angle_rad(parts_.back().frame.info.camera) /
+                                                            pixel_angle_rad(parts_.front().frame.info.camera));
     const auto take = [this](std::span<const std::uint8_t> bytes) { taken_.append(bytes.begin(), bytes.end()); };
     const std::string target = coding_.out.empty() ? "live.mkv" : coding_.out;
     writer_ = std::make_unique<StreamWriter>(target, settings, StreamTap{take, coding_.out.empty()});
 }
 
-DepthRange LiveEncoder::range_before(double nearest_m) const {
-    return depth_range(*depth_code_, box_radius_m_, room_to_approach * nearest_m, default_focal_length_px);
+DepthRange LiveEncoder::range_before(const Part& part) const {
+    return depth_range(*depth_code_, box_radius_m_, room_to_approach * part.nearest_m, part.focal_length_px);
 }
 
-bool LiveEncoder::needs_group(const FrameInfo& info, double nearest_m) const {
-    if (!group_start_s_ || info.time_s - *group_start_s_ >= longest_group_s)
+bool LiveEncoder::needs_group() const {
+    if (!group_start_s_ || parts_.front().frame.info.time_s - *group_start_s_ >= longest_group_s)
         return true;
-    return depth_code_ && nearest_m < range_.near_m && range_before(nearest_m).near_m < range_.near_m;
+    return depth_code_ && std::ranges::any_of(parts_, [&](const Part& part) {
+               return part.nearest_m < part.range.near_m && range_before(part).near_m < part.range.near_m;
+           });
 }
 
-LiveEncoder::Coded LiveEncoder::encode(const std::string& file, bool begin_group) {
-    std::vector<std::string> planes = {"colour"};
-    if (coding_.depth)
-        planes.push_back("depth");
-    const Frame frame = read_exr(file, planes);
-    std::filesystem::remove(file);
+void LiveEncoder::write(const Part& part) {
+    FrameInfo info = part.frame.info;
+    const FloatImage display = display_.to_display(part.frame.planes.at("colour").view(), info.exposure);
+    writer_->write(part.role, quantise_8bit(display.view()).view(), info);
+    if (!depth_code_)
+        return;
+    info.depth_code = DepthCodeInfo{depth_code_->id(), part.range, 0};
+    writer_->write_depth(*depth_role_of(part.role), part.frame.planes.at("depth").view(), info);
+}
+
+LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::string& window, bool begin_group) {
+    if (parts_.empty()) {
+        parts_.push_back({TrackRole::main});
+        if (!window.empty())
+            parts_.push_back({TrackRole::window});
+    }
+    read(parts_.front(), file);
+    if (parts_.size() > 1)
+        read(parts_.back(), window);
     Coded coded;
     if (!writer_) {
-        open(frame);
+        open();
         coded.header = std::exchange(taken_, {});
     }
-    const double nearest_m = depth_code_ ? nearest_in(frame.planes.at("depth")) : 0;
-    coded.begins_group = begin_group || needs_group(frame.info, nearest_m);
+    coded.begins_group = begin_group || needs_group();
     if (coded.begins_group) {
-        group_start_s_ = frame.info.time_s;
+        group_start_s_ = parts_.front().frame.info.time_s;
         if (depth_code_)
-            range_ = range_before(nearest_m);
+            for (Part& part : parts_)
+                part.range = range_before(part);
         writer_->begin_group();
     }
-    FrameInfo info = frame.info;
-    const FloatImage display = display_.to_display(frame.planes.at("colour").view(), info.exposure);
-    writer_->write(TrackRole::main, quantise_8bit(display.view()).view(), info);
-    if (depth_code_) {
-        info.depth_code = DepthCodeInfo{depth_code_->id(), range_, 0};
-        writer_->write_depth(TrackRole::depth, frame.planes.at("depth").view(), info);
-    }
+    for (const Part& part : parts_)
+        write(part);
     writer_->flush();
     coded.bytes = std::exchange(taken_, {});
     return coded;

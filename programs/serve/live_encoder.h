@@ -1,6 +1,7 @@
 #pragma once
-/// Rendered frames to the bytes of a live stream: Matroska, a cluster a frame, main and its depth. One thread at a
-/// time.
+/// Rendered frames to the bytes of a live stream: Matroska, a cluster a frame; main and the window within it, where
+/// there is one, each with its depth. One thread at a time.
+#include <equistream/bound.h>
 #include <equistream/colour.h>
 #include <equistream/depth_code.h>
 #include <equistream/stream.h>
@@ -9,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace equistream::serve {
 
@@ -28,24 +30,35 @@ public:
         std::string bytes;
         bool begins_group = false;  ///< whoever has the header can begin here
     };
-    /// Reads a frame and removes its file. A group begins with it if it is asked to, and at least once a second. Throws
-    /// WorkError or InputError.
-    Coded encode(const std::string& file, bool begin_group);
+    /// Reads a frame, and its window's where there is one, and removes the files. A group begins with it if it is asked
+    /// to, and at least once a second. Throws WorkError or InputError.
+    Coded encode(const std::string& file, const std::string& window, bool begin_group);
     /// What ends the stream; nothing where there was no frame.
     std::string finish();
 
 private:
-    void open(const Frame& frame);
-    bool needs_group(const FrameInfo& info, double nearest_m) const;
-    DepthRange range_before(double nearest_m) const;
+    /// A colour track, with its depth.
+    struct Part {
+        TrackRole role = TrackRole::main;
+        double focal_length_px = default_focal_length_px;  ///< of the views that its depth's error budget is for
+        DepthRange range{};                                ///< of the group
+        Frame frame{};                                     ///< the one at hand
+        double nearest_m = 0;                              ///< in it
+    };
+
+    void open();
+    void read(Part& part, const std::string& file) const;
+    void write(const Part& part);
+    bool needs_group() const;
+    DepthRange range_before(const Part& part) const;
 
     LiveCoding coding_;
     DisplayTransform display_;
     std::string taken_;  // bytes that were written; outlives the writer
     std::unique_ptr<StreamWriter> writer_;
+    std::vector<Part> parts_;                // main first
     std::unique_ptr<DepthCode> depth_code_;  // null: no depth
     double box_radius_m_ = 0;
-    DepthRange range_;  // of the group
     std::optional<double> group_start_s_;
 };
 

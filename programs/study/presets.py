@@ -9,7 +9,7 @@ import math
 
 REAL_SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 BUNDLED_SCENES = ("pavilion",)
-OF_SCENES = ("systems", "parity", "sizes", "parsimony", "where", "moved", "related")
+OF_SCENES = ("systems", "parity", "sizes", "parsimony", "where", "moved", "related", "window")
 OF_THEIR_OWN = ("stability", "latency")
 EXPERIMENTS = (*OF_SCENES, *OF_THEIR_OWN)
 """Each a module of experiments/, of every scene or of scenes of its own."""
@@ -88,6 +88,10 @@ class Preset:
     """Programs that it runs in all, as it comes: what is left is told by it. 0: not counted."""
     left_out: tuple = ()
     """Experiments that are measured only where --experiments names them."""
+    windows: tuple = ()
+    """Of experiment window: columns of the sphere that each is part of, and the degrees that it is wide and high."""
+    base_width: int = 480
+    """Of the sphere around them."""
     denoise: str = "off"
     """Of all that is streamed, as `render --denoise`; truths are never denoised."""
     truth_samples: dict = dataclasses.field(default_factory=dict)
@@ -116,12 +120,14 @@ PRESETS = {preset.name: preset for preset in (
     Preset("smoke", BUNDLED_SCENES, frames=2, eye=(448, 256), sphere_width=1024, widths=(512, 1024), system_widths=(512,), eye_samples=2, sphere_samples=1,
            bytes_samples=2, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), coarse_crfs=(), repeat=1, budgets_px=(1 / 4, 4),
            model_rounds=2, samples_swept=(1, 2), breakers=("near",), every_value=False,
-           latency_seconds=2, steps=SMOKE_STEPS, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), timed=False, left_out=("where", "moved", "related")),
+           latency_seconds=2, steps=SMOKE_STEPS, windows=((1024, 120, 90),), base_width=256, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), timed=False, left_out=("where", "moved", "related", "window")),
     Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=8, sphere_samples=8, bytes_samples=8, eye_bytes_samples=8, denoise="balanced",
            widest=Widest(3840, 1, 8), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), coarse_crfs=(34, 40), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
            model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7,
+           windows=((1920, 120, 90), (2880, 112, 80), (3840, 96, 72)),
            truth_samples={"kitchen": 64, "sibenik": 64, "sponza-crytek": 32, "voxel-city": 32, "san-miguel": 32}),
     Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, widths=(1920, 2560, 3840), system_widths=(1920, 3840), eye_samples=1000,
            sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), coarse_crfs=(38, 44), repeat=3,
-           budgets_px=(1 / 16, 1 / 4, 1, 4, 16), model_rounds=40, samples_swept=(1, 4, 16, 64, 256, 1024), breakers=(), every_value=True, latency_seconds=30),
+           budgets_px=(1 / 16, 1 / 4, 1, 4, 16), model_rounds=40, samples_swept=(1, 4, 16, 64, 256, 1024), breakers=(), every_value=True, latency_seconds=30,
+           windows=((5760, 120, 90), (11520, 96, 72)), base_width=1440),
 )}

@@ -1,12 +1,14 @@
 """Everything that the study has rendered of a scene, as specifications: what the experiments take, and what a plan counts."""
 
 import dataclasses
+import math
 
 from presets import SEEDS, TRUTH_SEEDS
 
 EYES = ("left", "right")
 PLACES = ("left", "centre", "right")
 BYTES_SEED, SAMPLES_SEED = 3, 11
+MARGIN_VIEW_DEG = 120
 LOCK_SAMPLES = 16
 """A pixel: two streams are compared with each other alone."""
 UNBIASED = ("--unbiased",)
@@ -77,6 +79,24 @@ def wide_sphere(preset, place, seed, samples=None, name=None):
 def narrow_sphere(preset, place, seed, width):
     """Of a width that is not filtered from the wide one."""
     return dataclasses.replace(wide_sphere(preset, place, seed, name=f"sphere-{place}-{seed}-of-{width}"), size=(width, width // 2))
+
+
+def window(preset, seed, columns, across_deg, high_deg):
+    """What the head looks at, of a sphere of so many columns, and a coarse sphere around it."""
+    options = (*DEPTH, "--window", f"gaze,{across_deg:g}x{high_deg:g}", "--density", columns)
+    return Render(f"window-{columns}-{seed}", seed, preset.sphere_samples, (preset.base_width, preset.base_width // 2), "centre", options=options, denoise=preset.denoise)
+
+
+def base(preset, seed):
+    """The coarse sphere alone."""
+    return Render(f"base-{seed}", seed, preset.sphere_samples, (preset.base_width, preset.base_width // 2), "centre", denoise=preset.denoise)
+
+
+def margin_view(preset, seed):
+    """As dense as an eye's, and wider by a margin on every side."""
+    wider = math.tan(math.radians(MARGIN_VIEW_DEG) / 2) / math.tan(math.radians(preset.fov_deg) / 2)
+    size = tuple(2 * round(side * wider / 2) for side in preset.eye)
+    return Render(f"margin-{seed}", seed, preset.eye_samples, size, "centre", fov_deg=MARGIN_VIEW_DEG, denoise=preset.denoise)
 
 
 def widest_sphere(preset, place, seed):

@@ -89,6 +89,10 @@ inline bool columns_close(const Camera& camera) {
     const auto* sphere = std::get_if<EquirectCamera>(&camera);
     return sphere != nullptr && sphere->range.closes();
 }
+/// Angle between neighbouring pixels where they lie farthest apart: on the equator, or at the centre of a view.
+inline double pixel_angle_rad(const Camera& camera) {
+    return std::visit([](const auto& c) { return c.pixel_angle_rad(); }, camera);
+}
 inline glm::dvec3 direction_of(const Camera& camera, double u, double v) {
     return std::visit([=](const auto& c) { return c.direction(u, v); }, camera);
 }
