@@ -143,11 +143,13 @@ private:
 
 void follow(const FollowJob& job, RenderHost& host) {
     const RenderOptions& options = job.options;
-    if (options.eyes.size() > 1 || options.layers || options.patches || options.small_eye || options.frames)
+    if (options.eyes.size() > 1 || options.layers || options.patches || options.window || options.small_eye ||
+        options.frames)
         throw InputError(expected_found("--follow", "frames of one eye, as they are asked for",
                                         options.eyes.size() > 1 ? "--eye both"
                                         : options.layers        ? "--layers"
                                         : options.patches       ? "--patches"
+                                        : options.window        ? "--window"
                                         : options.small_eye     ? "--small"
                                                                 : "--frames"));
     Follower(job, host).run();

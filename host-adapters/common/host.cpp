@@ -19,9 +19,10 @@ namespace {
 struct Typed {
     RenderOptions options;
     std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
-    std::string progress = "auto", denoise = "off";
+    std::string progress = "auto", denoise = "off", window;
     double fps = 0, fov_deg = 90;
-    cli::Option fov_option, fps_option, patch_budget, patch_side;
+    int density = 0;
+    cli::Option fov_option, fps_option, patch_budget, patch_side, density_option;
 };
 
 double number(std::string_view text, const std::string& option, const std::string& expected) {
@@ -46,6 +47,59 @@ LongitudeLatitudeRange parse_range(const std::string& text) {
     return {-half_longitude, half_longitude, -half_latitude, half_latitude};
 }
 
+/// "10,-5,60x45": where its middle is and what it covers, degrees; "gaze,60x45".
+WindowOptions parse_window(const std::string& text, int columns) {
+    const std::string expected = "AZ,EL,WxH or gaze,WxH in degrees", found = "'" + text + "'";
+    const std::vector<std::string_view> words = split_at_commas(text);
+    const std::size_t cross = words.back().find('x');
+    WindowOptions window;
+    window.follows_gaze = words.size() == 2 && words[0] == "gaze";
+    if ((words.size() != 3 && !window.follows_gaze) || cross == std::string_view::npos)
+        throw InputError(expected_found("--window", expected, found));
+    const double width = number(words.back().substr(0, cross), "--window", expected);
+    const double height = number(words.back().substr(cross + 1), "--window", expected);
+    if (!(width > 0 && width < 360 && height > 0 && height <= 180))
+        throw InputError(
+            expected_found("--window", "a width above 0 and below 360 degrees, a height of at most 180", found));
+    if (!window.follows_gaze) {
+        const double azimuth = number(words[0], "--window", expected),
+                     elevation = number(words[1], "--window", expected);
+        if (!(std::abs(azimuth) <= 360 && std::abs(elevation) <= 90))
+            throw InputError(expected_found("--window", "AZ from -360 to 360 and EL from -90 to 90 degrees", found));
+        const auto d = direction_from_longitude_latitude(azimuth * pi / 180, elevation * pi / 180);
+        window.middle = {d.x, d.y, d.z};
+    }
+    window.grid = window_grid(columns, width * pi / 180, height * pi / 180);
+    if (const auto problem = window_grid_problem(window.grid))
+        throw InputError("--" + *problem);
+    return window;
+}
+
+/// The window around `o`, a whole sphere of one eye.
+WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
+    const std::string besides = o.camera == ES_PERSPECTIVE ? "--camera perspective"
+                                : o.eyes.size() > 1        ? "--eye both"
+                                : !typed.range.empty()     ? "--range"
+                                : o.layers                 ? "--layers"
+                                : o.patches                ? "--patches"
+                                                           : "";
+    if (!besides.empty())
+        throw InputError(expected_found("--window", "one whole sphere, without what fills its gaps",
+                                        besides + "; leave one of the two out"));
+    const int columns = typed.density_option.is_given() ? typed.density : 4 * o.size.width;
+    if (columns % (2 * window_block_px) != 0 || columns > max_image_side || columns <= o.size.width ||
+        columns <= 2 * o.size.height)
+        throw InputError(expected_found("--density",
+                                        "a multiple of 32 above those of --size, " +
+                                            size_text(o.size.width, o.size.height) + ", up to " +
+                                            std::to_string(max_image_side) + " columns of a sphere",
+                                        std::to_string(columns)));
+    const WindowOptions window = parse_window(typed.window, columns);
+    if (window.follows_gaze && o.accumulate > 0)
+        throw InputError(expected_found("--accumulate", "a window that stays, AZ,EL,WxH", "--window " + typed.window));
+    return window;
+}
+
 es_eye parse_eye(const std::string& text) {
     return text == "left" ? ES_EYE_LEFT : text == "right" ? ES_EYE_RIGHT : ES_EYE_CENTRE;
 }
@@ -63,7 +117,15 @@ RenderOptions checked(const Typed& typed) {
             throw InputError(expected_found("--fps", "a finite number", std::to_string(typed.fps)));
         o.frames_per_second = typed.fps;
     }
-    o.size = typed.size.empty() ? (sphere ? cli::Size{1920, 960} : cli::Size{1280, 720}) : cli::parse_size(typed.size);
+    const bool windowed = !typed.window.empty();
+    o.size = !typed.size.empty() ? cli::parse_size(typed.size)
+             : !sphere           ? cli::Size{1280, 720}
+             : windowed          ? cli::Size{480, 240}
+                                 : cli::Size{1920, 960};
+    if (windowed)
+        o.window = checked_window(typed, o);
+    else if (typed.density_option.is_given())
+        throw InputError(expected_found("--density", "--window as well", "none"));
     if (o.layers && o.eyes.size() > 1)
         throw InputError(
             expected_found("--layers", "one --eye, whose hidden layer goes into DIR/hidden", "--eye both"));
@@ -111,13 +173,17 @@ void add_camera_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--lock", t.lock, "Whether a sphere's axes stay the world's or turn with the path")
         .one_of({"world", "path"})
         .with_default();
-    app.add_option("--size", t.size, "WxH in pixels (default 1920x960; perspective 1280x720)");
+    app.add_option("--size", t.size, "WxH in pixels (default 1920x960; perspective 1280x720; with --window 480x240)");
     t.fov_option = app.add_option("--fov", t.fov_deg, "Horizontal field of view of a perspective view, degrees")
                        .between(1.0, 170.0)
                        .with_default();
     app.add_option("--range", t.range, "LON,LAT: degrees a sphere covers, centred ahead (default 360,180)");
     app.add_option("--small", t.small_eye, "Also render this eye at a quarter of width and height, into DIR/small")
         .one_of({"centre", "left", "right"});
+    app.add_option("--window", t.window,
+                   "AZ,EL,WxH or gaze,WxH: also render this part of a denser sphere, degrees, into DIR/window");
+    t.density_option = app.add_option("--density", t.density,
+                                      "Columns of the sphere a window is part of (default: four times --size's)");
     app.add_flag("--layers", t.options.layers,
                  "Also render what eyes of the head box see behind the first surfaces, into DIR/hidden");
     app.add_flag(

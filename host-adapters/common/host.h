@@ -3,6 +3,7 @@
 #include <equistream/conventions.h>
 #include <equistream/equistream.h>
 #include <equistream/patches.h>
+#include <equistream/window.h>
 
 #include <programs/cli/program.h>
 #include <scenes/library/scene.h>
@@ -21,15 +22,23 @@ namespace equistream::render_command {
 
 struct HostText;
 
+/// Part of a denser sphere that is rendered as well; the whole sphere is its base.
+struct WindowOptions {
+    WindowGrid grid;
+    bool follows_gaze = false;    ///< the head's; else it stays
+    glm::dvec3 middle{0, 0, -1};  ///< where it stays, in the sphere's axes
+};
+
 struct RenderOptions {
     std::filesystem::path scene, out, path;  ///< path: empty for the scene's own
     es_camera_kind camera = ES_EQUIRECT;
     std::vector<es_eye> eyes{ES_EYE_CENTRE};
     std::optional<es_eye> small_eye;
-    bool layers = false;               ///< the hidden layer too; of one eye only
-    bool patches = false;              ///< what eyes of the head box uncover too; of one sphere only
-    double patch_budget_percent = 10;  ///< most pixels of theirs, of the sphere's
-    int patch_side = 0;                ///< pixels; 0: the smallest whose atlas holds the budget
+    bool layers = false;                  ///< the hidden layer too; of one eye only
+    bool patches = false;                 ///< what eyes of the head box uncover too; of one sphere only
+    double patch_budget_percent = 10;     ///< most pixels of theirs, of the sphere's
+    int patch_side = 0;                   ///< pixels; 0: the smallest whose atlas holds the budget
+    std::optional<WindowOptions> window;  ///< of one whole sphere only
     es_axis_lock lock = ES_LOCK_WORLD;
     double ipd_m = 0.063;
     std::optional<cli::FrameRange> frames;  ///< none: the whole path
@@ -97,6 +106,9 @@ struct StreamSettings {
     /// Set: an atlas of patches around the sphere that `size` is of; its slots differ from frame to frame.
     std::optional<PatchAtlas> patches{};
     bool denoised = false;
+    int tile_side = 0;                   ///< 0: as the plugin likes
+    std::optional<WindowGrid> window{};  ///< set: windows, of this size
+    bool is_base = false;                ///< shows what the window does, where that is
 
     bool wants_geometry() const { return aovs != "none"; }
     /// Whether the plugin takes a denoiser's guides.
@@ -113,6 +125,7 @@ struct FrameTask {
     std::int64_t index = 0;
     std::uint32_t spp = 64;                           ///< samples a pixel; tiles know their own
     std::uint32_t previous_frames = 1;                ///< how many frames ago head_previous is
+    WindowPlace window_place{};                       ///< of a stream of windows
     Pose head_previous, head, head_next;              ///< at the path's ends a neighbour repeats `head`
     const std::atomic<bool>* stop = nullptr;          ///< set: leave the frame unfinished and return
     std::function<void(std::uint64_t)> paths_traced;  ///< called by any thread, now and then
@@ -146,6 +159,8 @@ public:
     virtual void begin() {}
     /// Pixels that a tile is wide and high at most; 0: as the plugin likes.
     virtual int tile_side() const { return 0; }
+    /// Whether spheres are filled by tiles of rays, so that tiles without colour passes cost nothing.
+    virtual bool fills_tiles() const { return true; }
     /// False when loading was all that was asked for.
     virtual bool wants_frames() const { return true; }
     virtual HostRecord record() const = 0;

@@ -17,7 +17,11 @@ namespace equistream::render_command {
 
 SequenceRenderer::SequenceRenderer(const SequenceJob& job, RenderHost& host, RenderReport& report)
     : job_(job), host_(host), report_(report),
-      progress_("render", static_cast<double>(count_paths()), job.options.progress) {}
+      windows_(job.options.window ? std::optional<WindowPlaces>(std::in_place, job.options, job.timeline)
+                                  : std::nullopt),
+      progress_("render", static_cast<double>(count_paths()), job.options.progress) {
+    count_moves();
+}
 
 void SequenceRenderer::run() {
     if (report_.frames_kept > 0)
@@ -55,9 +59,39 @@ std::uint64_t SequenceRenderer::count_paths() {
                 ++report_.frames_kept;
             else if (stream.settings.layer == ES_LAYER_FIRST && !stream.settings.patches)
                 // how little of the others there is shows when they are rendered
-                paths += stream.settings.pixels() * job_.options.spp;
+                paths += sampled_pixels(stream.settings, index) * job_.options.spp;
     }
     return paths;
+}
+
+/// All, but for those of a base's tiles that the window covers. Frames that are accumulated are sampled everywhere.
+std::uint64_t SequenceRenderer::sampled_pixels(const StreamSettings& stream, std::int64_t index) {
+    std::uint64_t pixels = stream.pixels();
+    if (!stream.is_base || !host_.fills_tiles() || job_.options.accumulate > 0)
+        return pixels;
+    const WindowCover cover(job_.options.window->grid, windows_->at(index), stream.size.width, stream.size.height);
+    for (int y = 0; y < stream.size.height; y += stream.tile_side)
+        for (int x = 0; x < stream.size.width; x += stream.tile_side) {
+            const int width = std::min(stream.tile_side, stream.size.width - x);
+            const int height = std::min(stream.tile_side, stream.size.height - y);
+            if (cover.covers(x, y, width, height))
+                pixels -= static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+        }
+    return pixels;
+}
+
+void SequenceRenderer::count_moves() {
+    if (!windows_)
+        return;
+    report_.window = WindowReport{job_.options.window->grid};
+    for (std::int64_t index = job_.timeline.range.first + 1; index <= job_.timeline.range.last; ++index)
+        report_.window->moves += windows_->at(index) != windows_->at(index - 1);
+}
+
+const Stream* SequenceRenderer::window_of(const Stream& base) const {
+    const auto found =
+        std::ranges::find_if(job_.streams, [](const Stream& s) { return s.settings.window.has_value(); });
+    return base.settings.is_base && found != job_.streams.end() ? &*found : nullptr;
 }
 
 void SequenceRenderer::require_all_finished() const {
@@ -94,11 +128,13 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
     task.head_previous = job_.timeline.path.at(times.previous_s);
     task.head = job_.timeline.path.at(times.now_s);
     task.head_next = job_.timeline.path.at(times.next_s);
+    if (stream.settings.window)
+        task.window_place = windows_->at(index);
     task.stop = &job_.interrupted;
     task.paths_traced = [this](std::uint64_t paths) { progress_.set(static_cast<double>(paths_ += paths)); };
     // A sequence serves one thread at a time: this frame begins before the last one's writing does.
     const std::vector<PatchAtlas::Slot> slots = plan(stream, task);
-    FramePointer frame = begin_frame(stream, task, {times.now_s, slots});
+    FramePointer frame = begin_frame(stream, task, {times.now_s, slots, window_of(stream)});
     task.frame = frame.get();
     start_writing();
     host_.render(task);
@@ -182,6 +218,11 @@ void print_report(const RenderReport& r, const RenderHost& host, const std::stri
                              {"covered_of_training", patches.covered / frames},
                              {"kept_slots", patches.kept_slots / std::max(patches.used_slots, 1.0)},
                              {"plan_s", patches.plan_s}};
+    if (r.window)
+        report["window"] = {{"width", r.window->grid.width},
+                            {"height", r.window->grid.height},
+                            {"columns", r.window->grid.columns},
+                            {"moves", r.window->moves}};
     const HostFigures figures = host.figures(r.render_s, report);
     report["left_out_samples"] = figures.left_out_samples;
     report.update(cli::provenance(command));
@@ -199,6 +240,9 @@ void print_report(const RenderReport& r, const RenderHost& host, const std::stri
     if (r.frames_rendered > 0)
         std::printf("render %.2f s on %u threads: %.3f M paths/s%s%s\n", r.render_s, r.threads, paths_per_s * 1e-6,
                     figures.rates.empty() ? "" : ", ", figures.rates.c_str());
+    if (r.window)
+        std::printf("window %dx%d of a sphere of %d columns, moved %lld times\n", r.window->grid.width,
+                    r.window->grid.height, r.window->grid.columns, static_cast<long long>(r.window->moves));
     if (patches.frames > 0)
         std::printf("patches show %.1f %% of what eyes uncover in %.1f %% of the sphere's pixels; %.0f %% of the slots "
                     "stayed; planned in %.2f s a frame, %.1f %% of the time\n",

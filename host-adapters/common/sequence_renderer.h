@@ -19,6 +19,12 @@ struct PatchReport {
     double plan_s = 0;                      ///< part of render_s
 };
 
+/// Over all frames of the render, kept ones too.
+struct WindowReport {
+    WindowGrid grid;
+    std::int64_t moves = 0;
+};
+
 struct RenderReport {
     std::int64_t frames_rendered = 0, frames_kept = 0;
     unsigned threads = 0;
@@ -26,6 +32,7 @@ struct RenderReport {
     double render_s = 0;  ///< frames, writing included
     std::uint64_t paths = 0;
     PatchReport patches;
+    std::optional<WindowReport> window;
 };
 
 /// Text or JSON on standard output.
@@ -51,6 +58,9 @@ public:
 private:
     std::int64_t frames_in_all() const;
     std::uint64_t count_paths();
+    std::uint64_t sampled_pixels(const StreamSettings& stream, std::int64_t index);
+    void count_moves();
+    const Stream* window_of(const Stream& base) const;
     void require_all_finished() const;
     void stop_if_interrupted();
     void render_index(std::int64_t index);
@@ -64,6 +74,7 @@ private:
     RenderHost& host_;
     RenderReport& report_;
     std::optional<FramePatches> patches_;
+    std::optional<WindowPlaces> windows_;
     std::atomic<std::uint64_t> paths_ = 0;
     cli::Progress progress_;
     FramePointer rendered_;  // filled, or stopped while it was; not yet being written

@@ -3,6 +3,7 @@
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 
 #include <tbb/global_control.h>
 
@@ -51,8 +52,18 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     return s;
 }
 
+/// What of the window decides its pixels and the base's.
+std::string window_text(const WindowOptions& window) {
+    const WindowPlace place = window_around(window.grid, window.middle);
+    return " window " + (window.follows_gaze ? "gaze" : std::to_string(place.x) + "," + std::to_string(place.y)) + " " +
+           size_text(window.grid.width, window.grid.height) + " of " + std::to_string(window.grid.columns);
+}
+
 /// What the plugin needs of a host to accumulate, beside what the user wants.
 constexpr const char* aovs_to_accumulate = "depth,motion,normal,ids,specular,virtual";
+
+/// Of a base: small tiles, so that most of what the window shows is whole tiles.
+constexpr int base_tile_side = 16;
 
 Stream open_stream(es_sequence_settings settings, const std::filesystem::path& out, StreamSettings stream) {
     const std::string folder = (out / stream.name).string();
@@ -63,6 +74,11 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
     settings.height = stream.size.height;
     settings.aovs = stream.aovs.c_str();
     settings.layer = stream.layer;
+    settings.tile_side = stream.tile_side;
+    if (stream.window) {
+        settings.window_columns = stream.window->columns;
+        settings.longitude_min = settings.longitude_max = settings.latitude_min = settings.latitude_max = 0;
+    }
     if (const auto& atlas = stream.patches) {
         settings.patch_side = atlas->block_side;
         settings.patch_columns = atlas->columns;
@@ -90,27 +106,39 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     const std::string fingerprint = scene.fingerprint + " path " + path_fingerprint(path) + record.host.settings;
     es_sequence_settings settings = common_settings(options, scene);
     settings.host_name = record.host.name.c_str();
-    settings.fingerprint = fingerprint.c_str();
-    settings.tile_side = record.tile_side;
+    const std::string with_window = fingerprint + (options.window ? window_text(*options.window) : "");
+    settings.fingerprint = with_window.c_str();
     settings.command = record.command.c_str();
     std::vector<Stream> streams;
+    const auto open = [&](StreamSettings stream) {
+        if (stream.tile_side == 0)
+            stream.tile_side = record.tile_side;
+        streams.push_back(open_stream(settings, options.out, std::move(stream)));
+    };
     settings.accumulate_frames = options.accumulate;
-    for (const es_eye eye : options.eyes)
-        streams.push_back(
-            open_stream(settings, options.out, {eye_name(eye), eye, options.size, options.aovs, options.spp}));
+    if (options.window) {
+        const WindowGrid& grid = options.window->grid;
+        StreamSettings window{"window", options.eyes.front(), {grid.width, grid.height}, options.aovs, options.spp};
+        window.window = grid;
+        open(std::move(window));
+    }
+    for (const es_eye eye : options.eyes) {
+        StreamSettings sphere{eye_name(eye), eye, options.size, options.aovs, options.spp};
+        sphere.is_base = options.window.has_value();
+        if (sphere.is_base && record.tile_side == 0)
+            sphere.tile_side = base_tile_side;
+        open(std::move(sphere));
+    }
     settings.accumulate_frames = 0;
+    settings.fingerprint = fingerprint.c_str();
     if (options.layers)
-        streams.push_back(
-            open_stream(settings, options.out,
-                        {"hidden", options.eyes.front(), options.size, "depth", options.spp, ES_LAYER_HIDDEN}));
+        open({"hidden", options.eyes.front(), options.size, "depth", options.spp, ES_LAYER_HIDDEN});
     if (options.patches)
-        streams.push_back(open_stream(settings, options.out,
-                                      {"patches", options.eyes.front(), options.size, "depth", options.spp,
-                                       ES_LAYER_FIRST, empty_atlas(patch_settings(options, scene.head_radius_m))}));
+        open({"patches", options.eyes.front(), options.size, "depth", options.spp, ES_LAYER_FIRST,
+              empty_atlas(patch_settings(options, scene.head_radius_m))});
     if (options.small_eye) {
         const cli::Size quarter{options.size.width / 4, options.size.height / 4};
-        streams.push_back(
-            open_stream(settings, options.out, {"small", *options.small_eye, quarter, "none", options.spp}));
+        open({"small", *options.small_eye, quarter, "none", options.spp});
     }
     return streams;
 }
@@ -130,6 +158,9 @@ FramePointer begin_frame(const Stream& stream, const FrameTask& task, const Fram
     settings.head_next = to_es_pose(task.head_next);
     settings.spp = task.spp == stream.settings.spp ? 0 : task.spp;
     settings.previous_frames = task.previous_frames;
+    settings.window_x = task.window_place.x;
+    settings.window_y = task.window_place.y;
+    settings.window = contents.window != nullptr ? contents.window->sequence.get() : nullptr;
     es_error error{};
     es_frame* frame = nullptr;
     check(es_frame_begin(stream.sequence.get(), &settings, &frame, &error), error);
@@ -236,6 +267,32 @@ PatchPlan FramePatches::plan(RenderHost& host, const FrameTask& task) {
     last_ = plan.atlas;
     last_index_ = task.index;
     return plan;
+}
+
+namespace {
+
+/// How far the gaze may go from the window's middle: an eighth of its width, and so far that it does not tremble.
+int slack_px(const WindowGrid& grid) {
+    return std::max(grid.width / 8, window_block_px);
+}
+
+}  // namespace
+
+WindowPlaces::WindowPlaces(const RenderOptions& options, const Timeline& timeline)
+    : options_(options), timeline_(timeline), follower_(options.window->grid, slack_px(options.window->grid)) {}
+
+/// Ahead of the head, in the sphere's axes.
+glm::dvec3 WindowPlaces::gaze(std::int64_t index) const {
+    const glm::dvec3 ahead(0, 0, -1);
+    return options_.lock == ES_LOCK_PATH ? ahead : timeline_.path.at(timeline_.time_s(index)).orientation * ahead;
+}
+
+WindowPlace WindowPlaces::at(std::int64_t index) {
+    if (!options_.window->follows_gaze)
+        return window_around(options_.window->grid, options_.window->middle);
+    while (static_cast<std::int64_t>(followed_.size()) <= index)
+        followed_.push_back(follower_.place(gaze(static_cast<std::int64_t>(followed_.size()))));
+    return followed_[static_cast<std::size_t>(index)];
 }
 
 }  // namespace equistream::render_command

@@ -38,6 +38,7 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
 struct FrameContents {
     double time_s = 0;
     std::span<const PatchAtlas::Slot> slots{};  ///< of a stream of patches
+    const Stream* window = nullptr;             ///< of a base: the stream of its windows
 };
 
 /// A frame of one stream, poses of its neighbours included.
@@ -67,6 +68,24 @@ private:
     PatchSettings settings_;
     std::int64_t last_index_ = -1;
     std::optional<PatchAtlas> last_;
+};
+
+// Where each frame's window is: the path alone decides, so that a render that goes on puts it where it would have been.
+
+class WindowPlaces {
+public:
+    /// `options` have a window; both are borrowed.
+    WindowPlaces(const RenderOptions& options, const Timeline& timeline);
+
+    WindowPlace at(std::int64_t index);
+
+private:
+    glm::dvec3 gaze(std::int64_t index) const;
+
+    const RenderOptions& options_;
+    const Timeline& timeline_;
+    WindowFollower follower_;
+    std::vector<WindowPlace> followed_;  ///< from the path's first frame on
 };
 
 }  // namespace equistream::render_command

@@ -27,6 +27,16 @@ FrameInfo frame_info(const SequenceWriter& sequence, const FrameSettings& settin
     }
     if (const auto wrong = position_mismatch(camera.position_m))
         throw InputError(expected_found("es_frame_settings.head: the eye's position", wrong->expected, wrong->found));
+    if (info.window_columns > 0) {
+        const WindowGrid grid = window_grid_of(info);
+        if (const auto problem = window_place_problem(grid, settings.window_place))
+            throw InputError("es_frame_settings: " + *problem);
+        info.camera = window_camera(grid, settings.window_place);
+    } else if (settings.window_place != WindowPlace{}) {
+        throw InputError(
+            expected_found("es_frame_settings: window_x, window_y", "0 in a sequence that is not of windows",
+                           std::to_string(settings.window_place.x) + ", " + std::to_string(settings.window_place.y)));
+    }
     if (!info.patches) {
         if (!settings.slots.empty())
             throw InputError(expected_found("patch_count", "0 in a sequence that is no atlas of patches",
@@ -57,6 +67,17 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
                 planes.push_back(needed);
         tile_samples = handle.history->samples_by_tile(info, handle.tiles.tile_side);
     }
+    std::optional<WindowInBase> window;
+    if (settings.window != nullptr) {
+        window = checked_window(*settings.window, info, handle.tiles.hidden_layer);
+        if (!handle.history)  // what is carried on is better rendered than 0
+            tile_samples = samples_around(window->cover, info, handle.tiles.tile_side);
+    }
+    std::shared_ptr<WindowFrame> as_window;
+    if (info.window_columns > 0) {
+        as_window = std::make_shared<WindowFrame>();
+        as_window->info = info;
+    }
     const bool guides = handle.denoiser != nullptr || std::ranges::find(planes, "guide_albedo") != planes.end();
     return new es_frame{handle.shared,
                         handle.denoiser,
@@ -69,6 +90,8 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
                               guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches}),
                         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
                         {},
+                        std::move(as_window),
+                        std::move(window),
                         {},
                         {}};
 }
@@ -196,6 +219,7 @@ es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* setting
         if (sequence == nullptr || frame == nullptr)
             throw InputError(expected_found("es_frame_begin", "pointers", "NULL"));
         *frame = make_frame(*sequence, checked_settings(settings));
+        sequence->window_frame = (*frame)->as_window;
     });
 }
 
@@ -313,11 +337,21 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
         Frame finished;
         finished.info = frame->info;
         frame->film.finish(finished);
+        const FloatImage window = frame->window ? window_colour(*frame->window) : FloatImage();
+        const auto show_window = [&] {
+            if (frame->window)
+                frame->window->cover.put(window.view(), finished.planes.at("colour").view());
+        };
+        if (!frame->history)  // a denoiser looks across the window's border
+            show_window();
         if (frame->denoiser)
             denoise(*frame, finished);
         if (frame->history)
             accumulate(*frame, finished);
+        show_window();
         frame->sequence->write(finished, frame->film.left_out_samples());
+        if (frame->as_window)
+            frame->as_window->is_written = true;
     });
 }
 

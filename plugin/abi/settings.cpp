@@ -60,6 +60,20 @@ LongitudeLatitudeRange checked_ranges(const es_sequence_settings& s) {
     return range;
 }
 
+EquirectCamera checked_window_camera(const es_sequence_settings& s) {
+    require(s.window_columns >= window_block_px && s.window_columns <= max_image_side, "window_columns",
+            "0, or 16 to " + std::to_string(max_image_side), std::to_string(s.window_columns));
+    for (const double* limit : {&s.longitude_min, &s.longitude_max, &s.latitude_min, &s.latitude_max})
+        require(*limit == 0, "longitude_min to latitude_max", "0 in a sequence of windows", in_words(*limit));
+    require(s.layer == ES_LAYER_FIRST && s.patch_side == 0, "window_columns",
+            "0 in a hidden layer and in an atlas of patches", std::to_string(s.window_columns));
+    const auto columns = static_cast<int>(s.window_columns);
+    const WindowGrid grid{columns, columns / 2, s.width, s.height};
+    if (const auto problem = window_grid_problem(grid))
+        throw InputError("es_sequence_settings: " + *problem);
+    return window_shape(grid);
+}
+
 Camera checked_camera(const es_sequence_settings& s) {
     const std::string sides = "1 to " + std::to_string(max_image_side);
     require(s.width >= 1 && s.width <= max_image_side, "width", sides, std::to_string(s.width));
@@ -67,6 +81,10 @@ Camera checked_camera(const es_sequence_settings& s) {
     require(std::int64_t{s.width} * s.height <= max_image_pixels, "width x height",
             "at most " + std::to_string(max_image_pixels) + " pixels", size_text(s.width, s.height));
     const int kind = stored_value(s.camera);
+    require(kind == ES_EQUIRECT || s.window_columns == 0, "window_columns", "0 with a camera that is not ES_EQUIRECT",
+            std::to_string(s.window_columns));
+    if (s.window_columns != 0)
+        return checked_window_camera(s);
     if (kind == ES_EQUIRECT)
         return EquirectCamera{s.width, s.height, checked_ranges(s)};
     require(kind == ES_PERSPECTIVE, "camera", "ES_EQUIRECT or ES_PERSPECTIVE", std::to_string(kind));
@@ -176,6 +194,7 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
     checked.manifest.command = checked_text("command", s.command, 65536);
     FrameInfo& info = checked.manifest.shared;
     info.camera = checked_camera(s);
+    info.window_columns = static_cast<int>(s.window_columns);
     info.eye = static_cast<Eye>(eye);
     info.lock = static_cast<AxisLock>(lock);
     info.ipd_m = checked_number("ipd_m", s.ipd_m, 0, max_ipd_m);
@@ -232,7 +251,85 @@ FrameSettings checked_settings(const es_frame_settings* settings) {
             checked_pose("head_next", s.head_next),
             checked_slots(s),
             s.spp,
-            std::max(s.previous_frames, std::uint32_t{1})};
+            std::max(s.previous_frames, std::uint32_t{1}),
+            {s.window_x, s.window_y},
+            s.window};
+}
+
+namespace {
+
+/// The window's frame of this index: as it was begun, or as it is kept.
+std::shared_ptr<const WindowFrame> window_frame(const es_sequence& sequence, std::int64_t index) {
+    if (sequence.window_frame && sequence.window_frame->info.index == index)
+        return sequence.window_frame;
+    require(sequence.shared->keeps_frame(index), "window",
+            "a sequence that has begun frame " + std::to_string(index) + " or keeps it",
+            sequence.window_frame ? "frame " + std::to_string(sequence.window_frame->info.index) : "no frame");
+    auto kept = std::make_shared<WindowFrame>();
+    kept->info = read_exr_info(sequence.shared->frame_file(index));
+    kept->is_written = true;
+    return kept;
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+    constexpr double rounding = 1e-9;
+    return glm::distance(a.position_m, b.position_m) < rounding &&
+           std::abs(glm::dot(a.orientation, b.orientation)) > 1 - rounding;
+}
+
+}  // namespace
+
+WindowInBase checked_window(const es_sequence& sequence, const FrameInfo& base, bool is_hidden_layer) {
+    const FrameInfo& windows = sequence.shared->manifest().shared;
+    require(windows.window_columns > 0, "window", "a sequence of windows", "one of whole pictures");
+    const auto* sphere = std::get_if<EquirectCamera>(&base.camera);
+    require(sphere != nullptr && sphere->range.is_full_sphere() && base.window_columns == 0 && !base.patches &&
+                !is_hidden_layer,
+            "window", "NULL but in whole spheres of the first surfaces", "a sequence of windows");
+    const WindowGrid grid = window_grid_of(windows);
+    require(grid.columns > sphere->width && grid.rows > sphere->height, "window",
+            "one of a denser sphere than " + size_text(sphere->width, sphere->height),
+            size_text(grid.columns, grid.rows));
+    const auto require_same = [](bool same, const char* what) {
+        require(same, "window", std::string("the base's ") + what, "another one");
+    };
+    require_same(windows.eye == base.eye, "eye");
+    require_same(windows.lock == base.lock, "lock");
+    require_same(windows.ipd_m == base.ipd_m, "ipd_m");
+    std::shared_ptr<const WindowFrame> frame = window_frame(sequence, base.index);
+    require_same(same_pose(frame->info.head, base.head) && same_pose(frame->info.camera_pose, base.camera_pose),
+                 "head");
+    const auto* camera = std::get_if<EquirectCamera>(&frame->info.camera);
+    require_same(camera != nullptr && window_grid_of(frame->info) == grid, "size");
+    const std::optional<WindowPlace> place = window_place(grid, camera->range);
+    require_same(place.has_value(), "sphere");
+    return {sequence.shared, std::move(frame), WindowCover(grid, *place, sphere->width, sphere->height)};
+}
+
+std::vector<std::uint32_t> samples_around(const WindowCover& cover, const FrameInfo& base, int tile_side) {
+    const int width = picture_width(base), height = picture_height(base);
+    std::vector<std::uint32_t> samples;
+    for (int y = 0; y < height; y += tile_side)
+        for (int x = 0; x < width; x += tile_side)
+            samples.push_back(cover.covers(x, y, std::min(tile_side, width - x), std::min(tile_side, height - y))
+                                  ? 0
+                                  : base.samples_per_pixel);
+    return samples;
+}
+
+FloatImage window_colour(const WindowInBase& window) {
+    const FrameInfo& expected = window.frame->info;
+    require(window.frame->is_written, "window", "its frame ended before the base's", "one that is not written");
+    const std::filesystem::path file = window.sequence->frame_file(expected.index);
+    Frame written = read_exr(file, {"colour"});
+    const FrameInfo& found = written.info;
+    const auto place = [](const FrameInfo& info) {
+        return window_place(window_grid_of(info), std::get<EquirectCamera>(info.camera).range);
+    };
+    if (found.window_columns == 0 || window_grid_of(found) != window_grid_of(expected) ||
+        place(found) != place(expected))
+        throw InputError(expected_found(file.string(), "the window as it was when the base began", "another one"));
+    return std::move(written.planes.at("colour"));
 }
 
 }  // namespace equistream

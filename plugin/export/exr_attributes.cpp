@@ -55,6 +55,23 @@ Camera read_camera(const AttributeReader& in, int width, int height) {
     return EquirectCamera{width, height, {longitudes.x, longitudes.y, latitudes.x, latitudes.y}};
 }
 
+/// Columns of the sphere that the picture is a window of; its place must be one of theirs.
+int read_window_columns(const AttributeReader& in, const FrameInfo& info) {
+    constexpr const char* name = "equistream:windowColumns";
+    const int columns = in.integer(name);
+    const auto* camera = std::get_if<EquirectCamera>(&info.camera);
+    if (camera == nullptr || info.patches)
+        in.refuse(name, "a window of a sphere", camera == nullptr ? "a perspective camera" : "an atlas of patches");
+    const WindowGrid grid{columns, columns / 2, camera->width, camera->height};
+    if (columns > max_image_side)
+        in.refuse(name, "at most " + std::to_string(max_image_side), std::to_string(columns));
+    if (const auto problem = window_grid_problem(grid))
+        throw InputError(in.file() + ": " + name + ": " + *problem);
+    if (!window_place(grid, camera->range))
+        in.refuse(name, "longitudes and latitudes of such a sphere's window", std::to_string(columns));
+    return columns;
+}
+
 constexpr const char* sphere_size = "equistream:sphereSize";
 constexpr const char* patch_side = "equistream:patchSide";
 constexpr const char* patch_offsets = "equistream:patchOffsets";
@@ -162,6 +179,8 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
         out.text("equistream:denoiser", info.denoiser);
     if (info.accumulated_frames > 0)
         out.text("equistream:accumulatedFrames", std::to_string(info.accumulated_frames));
+    if (info.window_columns > 0)
+        out.integer("equistream:windowColumns", info.window_columns);
     if (info.patches)
         write_patches(out, *info.patches);
     write_conventions(out);
@@ -211,6 +230,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
         info.denoiser = in.short_text("equistream:denoiser");
     if (in.has("equistream:accumulatedFrames"))
         info.accumulated_frames = in.decimal<std::uint32_t>("equistream:accumulatedFrames");
+    if (in.has("equistream:windowColumns"))
+        info.window_columns = read_window_columns(in, info);
     if (info.patches) {
         const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
         if (!sphere)

@@ -157,6 +157,24 @@ PatchAtlas patches_from_json(const Section& in, const Camera& camera) {
     return atlas;
 }
 
+/// `camera` is the window's, straight ahead.
+int window_columns_from_json(const Section& in, const Camera& camera) {
+    const int columns = in.whole<int>("window_columns", window_block_px, max_image_side);
+    const auto* window = std::get_if<EquirectCamera>(&camera);
+    if (window == nullptr)
+        in.refuse("window_columns", "a window of an equirect camera");
+    const WindowGrid grid{columns, columns / 2, window->width, window->height};
+    if (const auto problem = window_grid_problem(grid))
+        in.refuse("window_columns", "a window's sphere: " + *problem);
+    const LongitudeLatitudeRange &ahead = window_shape(grid).range, &range = window->range;
+    if (std::abs(ahead.longitude_min - range.longitude_min) > 1e-9 ||
+        std::abs(ahead.longitude_max - range.longitude_max) > 1e-9 ||
+        std::abs(ahead.latitude_min - range.latitude_min) > 1e-9 ||
+        std::abs(ahead.latitude_max - range.latitude_max) > 1e-9)
+        in.refuse("window_columns", "a camera that covers its window, straight ahead");
+    return columns;
+}
+
 json to_json(const Manifest& manifest) {
     const FrameInfo& info = manifest.shared;
     json document = {{"format", format_name},
@@ -185,6 +203,8 @@ json to_json(const Manifest& manifest) {
         document["denoiser"] = info.denoiser;
     if (info.accumulated_frames > 0)
         document["accumulated_frames"] = info.accumulated_frames;
+    if (info.window_columns > 0)
+        document["window_columns"] = info.window_columns;
     if (info.patches)
         document["patches"] = patches_to_json(*info.patches);
     if (manifest.single_part)
@@ -222,6 +242,8 @@ Manifest from_json(const json& document, const std::string& where) {
         info.denoiser = in.text("denoiser");
     if (document.contains("accumulated_frames"))
         info.accumulated_frames = in.whole<std::uint32_t>("accumulated_frames", 0, 0xffffffffu);
+    if (document.contains("window_columns"))
+        info.window_columns = window_columns_from_json(in, info.camera);
     if (document.contains("patches"))
         info.patches = patches_from_json(in.section("patches"), info.camera);
     for (const json& plane : in.at("planes")) {
@@ -257,6 +279,15 @@ struct Setting {
     std::string value;
 };
 
+/// Where a window is differs from frame to frame, so it is taken as if it were straight ahead.
+json shared_camera_to_json(const FrameInfo& info) {
+    if (info.window_columns == 0)
+        return camera_to_json(info.camera);
+    json camera = camera_to_json(window_shape(window_grid_of(info)));
+    camera["window_columns"] = info.window_columns;
+    return camera;
+}
+
 /// In an order that tells the plainest difference first.
 std::vector<Setting> settings_of(const FrameInfo& info) {
     const std::string size = size_text(width_of(info.camera), height_of(info.camera));
@@ -265,7 +296,7 @@ std::vector<Setting> settings_of(const FrameInfo& info) {
                                     ? "accumulated over " + std::to_string(info.accumulated_frames) + " frames"
                                     : std::to_string(info.samples_per_pixel);
     const std::string seed = std::to_string(info.seed);
-    const std::string camera = camera_to_json(info.camera).dump(), host = "\"" + info.host + "\"";
+    const std::string camera = shared_camera_to_json(info).dump(), host = "\"" + info.host + "\"";
     const std::string patches = info.patches ? patches_to_json(*info.patches).dump() : "none";
     return {{size + " pixels", size}, {"camera " + camera, camera}, {"spp " + samples, samples},
             {"seed " + seed, seed},   {"host " + host, host},       {"patches " + patches, patches}};

@@ -48,6 +48,7 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
     } else {
         list.emplace_back("fov_x_rad", in_words(std::get<PerspectiveCamera>(info.camera).fov_x_rad));
     }
+    list.emplace_back("window_columns", info.window_columns == 0 ? off : std::to_string(info.window_columns));
     if (info.patches)
         list.emplace_back("patches", patches_to_json(*info.patches).dump());
     return list;
@@ -158,7 +159,7 @@ void SequenceWriter::adopt_or_refuse() {
 }
 
 bool SequenceWriter::keeps_frame(std::int64_t index) const {
-    const std::filesystem::path file = settings_.folder / frame_file_name(index);
+    const std::filesystem::path file = frame_file(index);
     if (settings_.overwrite || index < 0 || !std::filesystem::exists(file))
         return false;
     try {
@@ -170,7 +171,7 @@ bool SequenceWriter::keeps_frame(std::int64_t index) const {
 }
 
 void SequenceWriter::write(const Frame& frame, std::int64_t left_out_samples) {
-    const std::filesystem::path file = settings_.folder / frame_file_name(frame.info.index);
+    const std::filesystem::path file = frame_file(frame.info.index);
     require_readable(file.string(), frame.info);
     write_exr(file, frame,
               {.single_part = settings_.single_part, .left_out_samples = left_out_samples, .before_it_appears = [&] {

@@ -342,7 +342,7 @@ void Film::finish_guides() {
         FloatImage mean(width_, height_, 3);
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
-                const float weight = 1 / static_cast<float>(passes_of(tile_at(x, y)));
+                const float weight = 1 / std::max(1.0f, static_cast<float>(passes_of(tile_at(x, y))));
                 for (int c = 0; c < 3; ++c)
                     mean.pixel(x, y)[c] = guide_sum_.pixel(x, y)[3 * guide + c] * weight;
             }

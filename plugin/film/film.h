@@ -28,7 +28,7 @@ struct FilmSettings {
     std::uint32_t samples_per_pixel = 1;
     std::vector<std::string>
         planes;  ///< names of the AOV catalogue, colour among them; "raw", "samples", "variance" are not asked for
-    /// By tile: colour passes; empty: samples_per_pixel for each.
+    /// By tile: colour passes, 0 for one whose colour comes from elsewhere; empty: samples_per_pixel for each.
     std::vector<std::uint32_t> tile_samples{};
     bool variance = false;  ///< planes "samples" and "variance" are made of what tiles bring
     bool guides = false;    ///< a denoiser's guides are taken, where a host has them, asked for or not

@@ -11,6 +11,13 @@ namespace equistream {
 FrameRays::FrameRays(const FrameInfo& info)
     : camera_(info.camera), atlas_(info.patches), width_(picture_width(info)),
       world_from_camera_(glm::mat3_cast(info.camera_pose.orientation)), key_(frame_key(info.seed, info.index)) {
+    if (info.window_columns > 0) {
+        const WindowGrid grid = window_grid_of(info);
+        const WindowPlace place = window_place(grid, std::get<EquirectCamera>(info.camera).range).value();
+        corner_ = {place.x, place.y};
+        camera_ = EquirectCamera{grid.columns, grid.rows, {}};
+        width_ = grid.columns;
+    }
     const Pose& pose = info.camera_pose;
     if (!atlas_)
         origins_.emplace_back(pose.position_m);
@@ -27,13 +34,15 @@ FrameRays::Place FrameRays::place_of(int x, int y, double u, double v) const {
 }
 
 es_ray FrameRays::geometry(int x, int y) const {
-    const Place place = place_of(x, y, x + 0.5, y + 0.5);
+    const glm::ivec2 at = on_sphere(x, y);
+    const Place place = place_of(at.x, at.y, at.x + 0.5, at.y + 0.5);
     return ray(glm::vec3(direction_of(camera_, place.u, place.v)), place, geometry_sample);
 }
 
 es_ray FrameRays::colour(int x, int y, std::uint32_t sample) const {
-    const SubpixelOffset offset = subpixel_offset(key_, pixel_of(x, y), sample);
-    const Place place = place_of(x, y, static_cast<float>(x) + offset.u, static_cast<float>(y) + offset.v);
+    const glm::ivec2 at = on_sphere(x, y);
+    const SubpixelOffset offset = subpixel_offset(key_, pixel_of(at.x, at.y), sample);
+    const Place place = place_of(at.x, at.y, static_cast<float>(at.x) + offset.u, static_cast<float>(at.y) + offset.v);
     return ray(direction_float(static_cast<float>(place.u), static_cast<float>(place.v)), place, sample);
 }
 

@@ -29,12 +29,15 @@ private:
     es_ray ray(const glm::vec3& direction_camera, const Place& place, std::uint32_t sample) const;
     Place place_of(int x, int y, double u, double v) const;
     std::uint32_t pixel_of(int x, int y) const { return static_cast<std::uint32_t>(y * width_ + x); }
+    /// Of a window: the pixel of its sphere; else the pixel itself.
+    glm::ivec2 on_sphere(int x, int y) const { return {(x + corner_.x) % width_, y + corner_.y}; }
     glm::vec3 direction_float(float u, float v) const;
     float footprint_rad(const glm::vec3& direction_camera) const;
 
-    Camera camera_;
+    Camera camera_;  ///< of a window: its whole sphere's, so that both have the same rays
+    glm::ivec2 corner_{0, 0};
     std::optional<PatchAtlas> atlas_;
-    int width_;                       ///< of the picture
+    int width_;                       ///< of the picture; of a window: of its sphere
     std::vector<glm::vec3> origins_;  ///< by auxiliary sphere; without an atlas the camera's own
     glm::mat3 world_from_camera_;
     std::uint64_t key_;

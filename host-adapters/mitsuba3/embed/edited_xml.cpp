@@ -80,10 +80,10 @@ std::size_t add_sensor(ParserState& state, const SensorRequest& request, const S
         ours.set("fov_axis", "x");
         ours.set("fov", request.fov_x_deg);
     } else {
-        ours.set("longitude_min", request.longitude_min_deg);
-        ours.set("longitude_max", request.longitude_max_deg);
-        ours.set("latitude_min", request.latitude_min_deg);
-        ours.set("latitude_max", request.latitude_max_deg);
+        ours.set("longitude_min", request.range.longitude_min_deg);
+        ours.set("longitude_max", request.range.longitude_max_deg);
+        ours.set("latitude_min", request.range.latitude_min_deg);
+        ours.set("latitude_max", request.range.latitude_max_deg);
     }
     ours.set("film", Reference(add_film(state, request)));
     ours.set("sampler", Reference(add_node(state, ObjectType::Sampler, Properties("independent"))));

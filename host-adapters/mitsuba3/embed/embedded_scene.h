@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,13 +39,18 @@ private:
     std::string variant_;
 };
 
+/// What of a sphere a sensor sees.
+struct SphereRange {
+    double longitude_min_deg = -180, longitude_max_deg = 180;
+    double latitude_min_deg = -90, latitude_max_deg = 90;
+};
+
 /// A film and the sensor of ours that exposes it: one for each stream of a render.
 struct SensorRequest {
     int width = 0, height = 0;
-    bool perspective = false;                                  ///< flat view, else a sphere
-    double fov_x_deg = 90;                                     ///< of a flat view
-    double longitude_min_deg = -180, longitude_max_deg = 180;  ///< of a sphere
-    double latitude_min_deg = -90, latitude_max_deg = 90;
+    bool perspective = false;  ///< flat view, else a sphere
+    double fov_x_deg = 90;     ///< of a flat view
+    SphereRange range;         ///< of a sphere
 };
 
 struct SceneRequest {
@@ -67,6 +73,7 @@ struct XmlSensor {
 /// Where a camera is at the frame and at its neighbours.
 struct CameraPlacement {
     Matrix34 previous, now, next;
+    std::optional<SphereRange> range{};  ///< of a sphere, where it is another one than the frame before's
 };
 
 /// A shape of the scene, in the order of the integrator's tables.

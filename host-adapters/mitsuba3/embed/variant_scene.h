@@ -252,6 +252,13 @@ void VariantScene<Float, Spectrum>::place_camera(std::size_t sensor, const Camer
     own.template get<Transform>("to_world") = Arrays::transform(placement.now);
     neighbours.template get<Transform>("to_world_previous") = Arrays::transform(placement.previous);
     neighbours.template get<Transform>("to_world_next") = Arrays::transform(placement.next);
+    if (placement.range) {
+        using Number = dr::scalar_t<Float>;
+        own.template get<Number>("longitude_min") = static_cast<Number>(placement.range->longitude_min_deg);
+        own.template get<Number>("longitude_max") = static_cast<Number>(placement.range->longitude_max_deg);
+        own.template get<Number>("latitude_min") = static_cast<Number>(placement.range->latitude_min_deg);
+        own.template get<Number>("latitude_max") = static_cast<Number>(placement.range->latitude_max_deg);
+    }
     if (knows_neighbours) {
         sensors_[sensor]->parameters_changed({"to_world", "to_world_previous", "to_world_next"});
     } else {

@@ -44,21 +44,29 @@ fs::path find_plugin_root() {
         expected_found("equistream-render-mitsuba", "equirect.so and equirect_aov.so in one of " + tried, "none"));
 }
 
-std::vector<SensorRequest> sensor_requests(const RenderOptions& options) {
+SphereRange in_degrees(const LongitudeLatitudeRange& range) {
     const auto degrees = [](double rad) { return rad * 180 / pi; };
+    return {degrees(range.longitude_min), degrees(range.longitude_max), degrees(range.latitude_min),
+            degrees(range.latitude_max)};
+}
+
+/// The pictures', then the small one's, then the windows'.
+std::vector<SensorRequest> sensor_requests(const RenderOptions& options) {
     SensorRequest request;
     request.width = options.size.width;
     request.height = options.size.height;
     request.perspective = options.camera == ES_PERSPECTIVE;
-    request.fov_x_deg = degrees(options.fov_rad);
-    request.longitude_min_deg = degrees(options.range.longitude_min);
-    request.longitude_max_deg = degrees(options.range.longitude_max);
-    request.latitude_min_deg = degrees(options.range.latitude_min);
-    request.latitude_max_deg = degrees(options.range.latitude_max);
+    request.fov_x_deg = options.fov_rad * 180 / pi;
+    request.range = in_degrees(options.range);
     std::vector<SensorRequest> requests{request};
     if (options.small_eye) {
         request.width /= 4;
         request.height /= 4;
+        requests.push_back(request);
+    }
+    if (options.window) {
+        request.width = options.window->grid.width;
+        request.height = options.window->grid.height;
         requests.push_back(request);
     }
     return requests;
@@ -135,6 +143,8 @@ void MitsubaHost::cast(std::span<const es_ray> rays, std::span<float> distances_
 }
 
 std::size_t MitsubaHost::sensor_of(const StreamSettings& stream) const {
+    if (stream.window)
+        return options_.small_eye ? 2 : 1;
     return stream.name == "small" ? 1 : 0;
 }
 
@@ -164,7 +174,8 @@ void MitsubaHost::render(const FrameTask& task) {
 void MitsubaHost::render_planes(const FrameTask& task) {
     const StreamSettings& stream = *task.stream;
     const std::size_t sensor = sensor_of(stream);
-    const Camera camera = options_.camera == ES_PERSPECTIVE
+    const Camera camera = stream.window ? Camera(window_camera(*stream.window, task.window_place))
+                          : options_.camera == ES_PERSPECTIVE
                               ? Camera(PerspectiveCamera{stream.size.width, stream.size.height, options_.fov_rad})
                               : Camera(EquirectCamera{stream.size.width, stream.size.height, options_.range});
     const auto pose = [&](const Pose& head) {
@@ -172,8 +183,11 @@ void MitsubaHost::render_planes(const FrameTask& task) {
                            options_.lock == ES_LOCK_PATH ? AxisLock::path : AxisLock::world);
     };
     const WorldMap& world = source_->world();
-    source_->scene().place_camera(sensor, {world.to_world(pose(task.head_previous)), world.to_world(pose(task.head)),
-                                           world.to_world(pose(task.head_next))});
+    CameraPlacement placement{world.to_world(pose(task.head_previous)), world.to_world(pose(task.head)),
+                              world.to_world(pose(task.head_next))};
+    if (stream.window)
+        placement.range = in_degrees(std::get<EquirectCamera>(camera).range);
+    source_->scene().place_camera(sensor, placement);
 
     FramePlanes planes(stream.size.width, stream.size.height, stream.wants_geometry() ? rendered_aovs_ : "none");
     const auto most =

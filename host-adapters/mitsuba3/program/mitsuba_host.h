@@ -21,6 +21,7 @@ public:
     void cast(std::span<const es_ray> rays, std::span<float> distances_m) override;
     void render(const render_command::FrameTask& task) override;
     int tile_side() const override { return 1024; }
+    bool fills_tiles() const override { return false; }
     render_command::HostFigures figures(double render_s, nlohmann::json& json) const override;
 
 private:

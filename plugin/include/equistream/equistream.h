@@ -84,6 +84,10 @@ typedef struct es_sequence_settings {
      * must be finished that such a mean needs, wanted or not: groups depth, motion, normal, ids, specular, virtual.
      * Groups "samples" and "variance" tell how good it is. No hidden layer, no atlas. */
     uint32_t accumulate_frames;
+    /* Above 0, at most 32,768: each frame is a window (window.h), part of a whole equirect sphere of so many columns
+     * and half as many rows: a multiple of 16, as width and height are, which are the window's. es_frame_settings says
+     * where it is. Ranges are 0; no hidden layer, no atlas. Its rays are those of the whole sphere. */
+    int64_t window_columns;
 } es_sequence_settings;
 
 /* What a slot of an atlas shows: a block of one auxiliary sphere. */
@@ -91,6 +95,9 @@ typedef struct es_patch {
     int32_t used; /* zero: nothing; no rays are asked for it */
     uint32_t offset_index, block_x, block_y;
 } es_patch;
+
+typedef struct es_sequence es_sequence;
+typedef struct es_frame es_frame;
 
 typedef struct es_frame_settings {
     size_t struct_size;
@@ -101,6 +108,14 @@ typedef struct es_frame_settings {
     size_t patch_count;
     uint32_t spp;             /* of this frame, where frames are accumulated; 0: the sequence's */
     uint32_t previous_frames; /* how many frames ago head_previous, and positions "previous", are; 0: 1 */
+    /* Of a sequence of windows: this one's upper left corner on its sphere, in multiples of 16. x goes round; the
+     * window ends at the poles. */
+    int32_t window_x, window_y;
+    /* Of a whole equirect sphere, the base: a sequence of windows on a denser one, of the same eye and axes. It began
+     * the frame of this index last, with the same poses, or keeps it; it ends it before this frame is ended. Pixels of
+     * the base that the window covers entirely get the mean of its finished colours. Tiles that it covers entirely have
+     * no colour passes, unless frames are accumulated; planes "raw" and guides are not rendered there. NULL: none. */
+    const es_sequence* window;
 } es_frame_settings;
 
 /* A rectangle of pixels to render. Filled by es_frame_next_tile; treat as read-only. */
@@ -108,7 +123,7 @@ typedef struct es_tile {
     uint32_t id;
     int32_t x, y, width, height;
     uint32_t pixel_count;  /* width * height; pixels run row by row, top down. No call asks for more rays than that */
-    uint32_t sample_count; /* colour passes */
+    uint32_t sample_count; /* colour passes; 0 where a window shows the colour */
 } es_tile;
 
 typedef struct es_ray {
@@ -147,9 +162,6 @@ typedef struct es_plane {
     const void* data;        /* borrowed until the call returns; top row first, samples interleaved */
     size_t row_stride_bytes; /* at least width * channels * 4 */
 } es_plane;
-
-typedef struct es_sequence es_sequence;
-typedef struct es_frame es_frame;
 
 /* The version this library was built with; a host refuses another one. */
 ES_API uint32_t es_abi_version(void);

@@ -6,6 +6,7 @@
 #include <equistream/image.h>
 #include <equistream/object_motion.h>
 #include <equistream/patches.h>
+#include <equistream/window.h>
 
 #include <cstdint>
 #include <map>
@@ -48,6 +49,8 @@ struct FrameInfo {
     std::string denoiser;
     /// Above 0: colour is a mean over earlier frames too, at most so many where anything moved.
     std::uint32_t accumulated_frames = 0;
+    /// Above 0: the picture is a window of a sphere of so many columns (window.h); `camera` says where it is.
+    int window_columns = 0;
     /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
     std::optional<PatchAtlas> patches;
     /// Of a depth track's picture only. Not written to EXR files.
@@ -75,6 +78,11 @@ inline int picture_width(const FrameInfo& info) {
 }
 inline int picture_height(const FrameInfo& info) {
     return info.patches ? info.patches->height() : height_of(info.camera);
+}
+
+/// Of a window.
+inline WindowGrid window_grid_of(const FrameInfo& info) {
+    return {info.window_columns, info.window_columns / 2, width_of(info.camera), height_of(info.camera)};
 }
 
 /// Planes keyed by AovInfo::name. All planes have the picture's width and height; a Frame owns its planes.

@@ -56,7 +56,8 @@ void remove_unfinished_files(const std::filesystem::path& folder);
 
 /// What one sequence folder says of itself (manifest.json): the settings that every frame shares.
 struct Manifest {
-    FrameInfo shared;  ///< index, time and poses are those of the frame with the lowest index
+    /// Index, time and poses are those of the frame with the lowest index; a window's camera is window_shape.
+    FrameInfo shared;
     std::vector<std::string> planes;
     std::string command;      ///< as typed, for the record
     std::string fingerprint;  ///< hash of everything that decides the pixels; a resume with another one is refused

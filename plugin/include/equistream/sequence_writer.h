@@ -34,6 +34,8 @@ public:
     explicit SequenceWriter(SequenceSettings settings);
 
     const Manifest& manifest() const { return settings_.manifest; }
+    /// Where a frame is, once it is written. Any thread.
+    std::filesystem::path frame_file(std::int64_t index) const { return settings_.folder / frame_file_name(index); }
     /// Whether the folder has this frame, whole, and it stays. One that was cut or is empty counts as not there.
     bool keeps_frame(std::int64_t index) const;
     /// Writes a finished frame; the manifest takes its poses from the one with the lowest index, whenever it comes.

@@ -6,10 +6,12 @@
 /// on across the seam and never over a pole. Everything is a plain value; all functions are pure and thread-safe.
 #include <equistream/camera.h>
 #include <equistream/error.h>
+#include <equistream/image.h>
 #include <equistream/text.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 
 namespace equistream {
@@ -74,6 +76,40 @@ inline EquirectCamera window_camera(const WindowGrid& grid, WindowPlace place) {
     return {grid.width, grid.height, window_range(grid, place)};
 }
 
+/// A window straight ahead: what all windows of a sequence are told by, wherever they are.
+inline EquirectCamera window_shape(const WindowGrid& grid) {
+    const double half_width = grid.width * pi / grid.columns, half_height = grid.height * pi / grid.columns;
+    return {grid.width, grid.height, {-half_width, half_width, -half_height, half_height}};
+}
+
+/// What is wrong with a place, in words; nothing if a window may be there.
+inline std::optional<std::string> window_place_problem(const WindowGrid& grid, WindowPlace place) {
+    const auto is_block = [](int corner, int last) {
+        return corner >= 0 && corner <= last && corner % window_block_px == 0;
+    };
+    if (is_block(place.x, grid.columns - 1) && is_block(place.y, grid.rows - grid.height))
+        return std::nullopt;
+    return expected_found("window_x, window_y",
+                          "multiples of 16, up to " + std::to_string(grid.columns - window_block_px) + " and " +
+                              std::to_string(grid.rows - grid.height),
+                          std::to_string(place.x) + ", " + std::to_string(place.y));
+}
+
+/// The inverse of window_range; nothing for a range that no window of the grid has.
+inline std::optional<WindowPlace> window_place(const WindowGrid& grid, const LongitudeLatitudeRange& range) {
+    const double step = 2 * pi / grid.columns;
+    const auto column = static_cast<int>(std::lround((range.longitude_min + pi) / step));
+    const WindowPlace place{(column % grid.columns + grid.columns) % grid.columns,
+                            static_cast<int>(std::lround((pi / 2 - range.latitude_max) / step))};
+    const LongitudeLatitudeRange there = window_range(grid, place);
+    const auto same = [](double a, double b) { return std::abs(a - b) < 1e-9; };
+    if (window_place_problem(grid, place) || !same(there.longitude_min, range.longitude_min) ||
+        !same(there.longitude_max, range.longitude_max) || !same(there.latitude_min, range.latitude_min) ||
+        !same(there.latitude_max, range.latitude_max))
+        return std::nullopt;
+    return place;
+}
+
 /// The window whose middle is nearest to a direction in the sphere's axes, on whole blocks.
 inline WindowPlace window_around(const WindowGrid& grid, const glm::dvec3& gaze) {
     const EquirectCamera sphere{grid.columns, grid.rows, {}};
@@ -109,6 +145,62 @@ private:
     WindowGrid grid_;
     int slack_px_;
     std::optional<WindowPlace> place_;
+};
+
+/// Which pixels of the base, a whole sphere of fewer pixels, a window covers entirely, and what they show of it.
+class WindowCover {
+public:
+    WindowCover(const WindowGrid& grid, WindowPlace place, int base_width, int base_height)
+        : columns_(grid.columns, base_width, place.x, grid.width), rows_(grid.rows, base_height, place.y, grid.height) {
+    }
+
+    /// All pixels of a rectangle of the base that does not go over its seam.
+    bool covers(int x, int y, int width = 1, int height = 1) const {
+        const std::int64_t from_first = x - columns_.first;
+        const std::int64_t column = (from_first % columns_.base + columns_.base) % columns_.base;
+        return column + width <= columns_.count && y >= rows_.first && y + height <= rows_.first + rows_.count;
+    }
+
+    /// Gives them the mean of the window's pixels, each by how much of it lies within. Both have the same channels.
+    void put(ImageView<const float> window, ImageView<float> base) const {
+        std::vector<double> sum(static_cast<std::size_t>(base.channels));
+        for (std::int64_t j = rows_.first; j < rows_.first + rows_.count; ++j)
+            for (std::int64_t i = columns_.first; i < columns_.first + columns_.count; ++i) {
+                std::ranges::fill(sum, 0.0);
+                rows_.each_below(j, [&](int y, double of_row) {
+                    columns_.each_below(i, [&](int x, double of_column) {
+                        for (std::size_t c = 0; c < sum.size(); ++c)
+                            sum[c] += of_row * of_column * double(window.pixel(x, y)[c]);
+                    });
+                });
+                std::ranges::transform(sum, base.pixel(static_cast<int>(i % columns_.base), static_cast<int>(j)),
+                                       [](double mean) { return static_cast<float>(mean); });
+            }
+    }
+
+private:
+    /// Along one axis, exactly: lengths are in pixels of the grid times those of the base.
+    struct Axis {
+        Axis(int grid_pixels, int base_pixels, int corner, int size)
+            : grid(grid_pixels), base(base_pixels), begin(corner * base), first((begin + grid - 1) / grid),
+              count(std::max<std::int64_t>((begin + size * base) / grid - first, 0)) {}
+
+        /// Pixels of the window under one of the base that it covers, and their shares of it.
+        template <typename Use>
+        void each_below(std::int64_t pixel, const Use& use) const {
+            const std::int64_t from = pixel * grid - begin, to = from + grid;
+            for (std::int64_t i = from / base; i * base < to; ++i) {
+                const std::int64_t within = std::min((i + 1) * base, to) - std::max(i * base, from);
+                use(static_cast<int>(i), static_cast<double>(within) / static_cast<double>(grid));
+            }
+        }
+
+        std::int64_t grid, base;
+        std::int64_t begin;         ///< of the window
+        std::int64_t first, count;  ///< of the base's pixels that are covered; beyond the seam they go on
+    };
+
+    Axis columns_, rows_;
 };
 
 }  // namespace equistream
