@@ -63,7 +63,10 @@ void answer(const json& line) {
 
 class Follower {
 public:
-    Follower(const FollowJob& job, RenderHost& host) : job_(job), host_(host), input_(STDIN_FILENO, job.interrupted) {}
+    Follower(const FollowJob& job, RenderHost& host) : job_(job), host_(host), input_(STDIN_FILENO, job.interrupted) {
+        if (job.options.window)
+            window_.emplace(job.options);
+    }
 
     void run() {
         answer({{"frames_per_second", job_.timeline.frames_per_second}});
@@ -83,7 +86,7 @@ private:
         return accumulates() ? job_.options.out : job_.options.out / ("spp-" + std::to_string(spp));
     }
 
-    const Stream& stream_of(std::uint32_t spp) {
+    const std::vector<Stream>& streams_of(std::uint32_t spp) {
         std::vector<Stream>& streams = streams_[accumulates() ? 0 : spp];
         if (streams.empty()) {
             RenderOptions options = job_.options;
@@ -91,15 +94,11 @@ private:
             options.out = folder(spp);
             streams = open_streams(options, job_.scene, job_.timeline.path, job_.record);
         }
-        return streams.front();
+        return streams;
     }
 
-    /// False: it was told to stop in the middle.
-    bool make(const Order& order) {
-        const Stream& stream = stream_of(order.spp);
-        const double time_s = job_.timeline.time_s(order.frame);
+    FrameTask task_of(const Order& order, double time_s) {
         FrameTask task;
-        task.stream = &stream.settings;
         task.index = order.frame;
         task.spp = order.spp;
         task.head = order.head.value_or(job_.timeline.path.at(time_s));
@@ -108,22 +107,39 @@ private:
         task.previous_frames = last_ ? static_cast<std::uint32_t>(order.frame - last_->frame) : 1;
         task.stop = &stop_;
         task.paths_traced = [this](std::uint64_t) { stop_ = stop_ || input_.has_ended(); };
-        const auto start = Clock::now();
+        if (window_)
+            task.window_place = window_->at(task.head);
+        return task;
+    }
+
+    /// False: it was told to stop in the middle.
+    bool make(const Order& order) {
+        const double time_s = job_.timeline.time_s(order.frame);
+        FrameTask task = task_of(order, time_s);
         host_.move_to({order.frame, last_ ? job_.timeline.time_s(last_->frame) : time_s, time_s, time_s});
-        FramePointer frame = begin_frame(stream, task, {time_s});
-        task.frame = frame.get();
-        host_.render(task);
-        if (stop_)
-            return false;
-        const double render_s = seconds_since(start);
-        const auto writing = Clock::now();
-        end_frame(std::move(frame));
+        json made{{"frame", order.frame}};
+        double render_s = 0, write_s = 0;
+        const std::vector<Stream>& streams = streams_of(order.spp);
+        for (const Stream& stream : streams) {  // a window before its base
+            const auto start = Clock::now();
+            task.stream = &stream.settings;
+            FramePointer frame =
+                begin_frame(stream, task, {time_s, {}, stream.settings.is_base ? &streams.front() : nullptr});
+            task.frame = frame.get();
+            host_.render(task);
+            if (stop_)
+                return false;
+            render_s += seconds_since(start);
+            const auto writing = Clock::now();
+            end_frame(std::move(frame));
+            write_s += seconds_since(writing);
+            made[stream.settings.window ? "window" : "file"] =
+                (folder(order.spp) / stream.settings.name / frame_file_name(order.frame)).string();
+        }
         last_ = Last{order.frame, task.head};
-        const auto file = folder(order.spp) / stream.settings.name / frame_file_name(order.frame);
-        answer({{"frame", order.frame},
-                {"file", file.string()},
-                {"render_s", render_s},
-                {"write_s", seconds_since(writing)}});
+        made["render_s"] = render_s;
+        made["write_s"] = write_s;
+        answer(made);
         return true;
     }
 
@@ -137,19 +153,18 @@ private:
         Pose head;
     };
     std::optional<Last> last_;  // frame that was answered
+    std::optional<HeadsWindow> window_;
 };
 
 }  // namespace
 
 void follow(const FollowJob& job, RenderHost& host) {
     const RenderOptions& options = job.options;
-    if (options.eyes.size() > 1 || options.layers || options.patches || options.window || options.small_eye ||
-        options.frames)
+    if (options.eyes.size() > 1 || options.layers || options.patches || options.small_eye || options.frames)
         throw InputError(expected_found("--follow", "frames of one eye, as they are asked for",
                                         options.eyes.size() > 1 ? "--eye both"
                                         : options.layers        ? "--layers"
                                         : options.patches       ? "--patches"
-                                        : options.window        ? "--window"
                                         : options.small_eye     ? "--small"
                                                                 : "--frames"));
     Follower(job, host).run();

@@ -8,8 +8,9 @@
 /// at what time (frame / frames_per_second) and from where the head is (left out: where the path has it then), the
 /// answer, once its file is whole:
 ///     {"frame": 17, "file": "DIR/spp-4/centre/frame.0017.exr", "render_s": 0.21, "write_s": 0.01}
-/// ("DIR/centre/..." with --accumulate). Backward motion leads to the frame that was asked for before, wherever it was.
-/// Frames ascend. The asker removes the files. It ends where standard input does, in the middle of a frame too.
+/// ("DIR/centre/..." with --accumulate; with --window also "window": its file). Backward motion leads to the frame that
+/// was asked for before, wherever it was. Frames ascend. The asker removes the files. It ends where standard input
+/// does, in the middle of a frame too.
 #include "stream.h"
 
 #include <atomic>

@@ -278,20 +278,20 @@ int slack_px(const WindowGrid& grid) {
 
 }  // namespace
 
-WindowPlaces::WindowPlaces(const RenderOptions& options, const Timeline& timeline)
-    : options_(options), timeline_(timeline), follower_(options.window->grid, slack_px(options.window->grid)) {}
+HeadsWindow::HeadsWindow(const RenderOptions& options)
+    : options_(options), follower_(options.window->grid, slack_px(options.window->grid)) {}
 
-/// Ahead of the head, in the sphere's axes.
-glm::dvec3 WindowPlaces::gaze(std::int64_t index) const {
+WindowPlace HeadsWindow::at(const Pose& head) {
+    if (!options_.window->follows_gaze)
+        return window_around(options_.window->grid, options_.window->middle);
     const glm::dvec3 ahead(0, 0, -1);
-    return options_.lock == ES_LOCK_PATH ? ahead : timeline_.path.at(timeline_.time_s(index)).orientation * ahead;
+    return follower_.place(options_.lock == ES_LOCK_PATH ? ahead : head.orientation * ahead);
 }
 
 WindowPlace WindowPlaces::at(std::int64_t index) {
-    if (!options_.window->follows_gaze)
-        return window_around(options_.window->grid, options_.window->middle);
     while (static_cast<std::int64_t>(followed_.size()) <= index)
-        followed_.push_back(follower_.place(gaze(static_cast<std::int64_t>(followed_.size()))));
+        followed_.push_back(
+            window_.at(timeline_.path.at(timeline_.time_s(static_cast<std::int64_t>(followed_.size())))));
     return followed_[static_cast<std::size_t>(index)];
 }
 

@@ -70,21 +70,31 @@ private:
     std::optional<PatchAtlas> last_;
 };
 
+/// Where the window is of one head after the other: around its gaze, or where it stays.
+class HeadsWindow {
+public:
+    /// `options` have a window; borrowed.
+    explicit HeadsWindow(const RenderOptions& options);
+
+    WindowPlace at(const Pose& head);
+
+private:
+    const RenderOptions& options_;
+    WindowFollower follower_;
+};
+
 // Where each frame's window is: the path alone decides, so that a render that goes on puts it where it would have been.
 
 class WindowPlaces {
 public:
     /// `options` have a window; both are borrowed.
-    WindowPlaces(const RenderOptions& options, const Timeline& timeline);
+    WindowPlaces(const RenderOptions& options, const Timeline& timeline) : timeline_(timeline), window_(options) {}
 
     WindowPlace at(std::int64_t index);
 
 private:
-    glm::dvec3 gaze(std::int64_t index) const;
-
-    const RenderOptions& options_;
     const Timeline& timeline_;
-    WindowFollower follower_;
+    HeadsWindow window_;
     std::vector<WindowPlace> followed_;  ///< from the path's first frame on
 };
 
