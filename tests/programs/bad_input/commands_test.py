@@ -268,5 +268,35 @@ class Reports(Commands):
         self.assertEqual(self.assert_names_its_making("scene", "info", xml, "--json")["must_change"], [])
 
 
+class Windows(Commands):
+    def test_those_that_cannot_be(self):
+        size = "--window: expected a width above 0 and below 360 degrees, a height of at most 180, found "
+        density = "--density: expected a multiple of 32 above those of --size, 32x16, up to 32768 columns of a sphere, found "
+        whole = "--window: expected one whole sphere, without what fills its gaps, found "
+        gaze = ["--window", "gaze,60x45"]
+        for words, line in [
+            (["--window", "1"], "--window: expected AZ,EL,WxH or gaze,WxH in degrees, found '1'"),
+            (["--window", "1,2,60"], "--window: expected AZ,EL,WxH or gaze,WxH in degrees, found '1,2,60'"),
+            (["--window", "1,2,60xa"], "--window: expected AZ,EL,WxH or gaze,WxH in degrees, found 'a'"),
+            (["--window", "gaze,0x45"], size + "'gaze,0x45'"),
+            (["--window", "gaze,360x45"], size + "'gaze,360x45'"),
+            (["--window", "gaze,60x181"], size + "'gaze,60x181'"),
+            (["--window", "1,91,60x45"], "--window: expected AZ from -360 to 360 and EL from -90 to 90 degrees, found '1,91,60x45'"),
+            (["--window", "gaze,359x45"], "--window: expected less than the sphere's 128x64, found 128x16"),
+            ([*gaze, "--density", 100], density + "100"),
+            ([*gaze, "--density", 32], density + "32"),
+            (["--density", 128], "--density: expected --window as well, found none"),
+            ([*gaze, "--camera", "perspective"], whole + "--camera perspective; leave one of the two out"),
+            ([*gaze, "--eye", "both"], whole + "--eye both; leave one of the two out"),
+            ([*gaze, "--range", "180,90"], whole + "--range; leave one of the two out"),
+            ([*gaze, "--layers"], whole + "--layers; leave one of the two out"),
+            ([*gaze, "--patches"], whole + "--patches; leave one of the two out"),
+            ([*gaze, "--accumulate", 4], "--accumulate: expected a window that stays, AZ,EL,WxH, found --window gaze,60x45"),
+            ([*gaze, "--follow"], "--follow: expected frames of one eye, as they are asked for, found --window"),
+        ]:
+            self.refused(["render", self.scene, "--size", "32x16", "--out", self.out / "w", *words], line)
+        self.assertFalse((self.out / "w").exists())
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=2)

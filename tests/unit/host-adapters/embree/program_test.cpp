@@ -1,4 +1,5 @@
-/// The program, run as a user runs it: same pixels on any number of threads, resuming, streams, bad usage, interrupts.
+/// The program, run as a user runs it: same pixels on any number of threads, resuming, streams, windows, bad usage,
+/// interrupts.
 #include <equistream/locks.h>
 #include <equistream/sequence.h>
 
@@ -122,6 +123,47 @@ TEST_F(RenderProgram, TheHiddenLayerIsAStreamLikeOthers) {
     EXPECT_EQ(both.exit_code, 2);
     EXPECT_EQ(both.error, "equistream render: --layers: expected one --eye, whose hidden layer goes into DIR/hidden, "
                           "found --eye both\n");
+}
+
+TEST_F(RenderProgram, AWindowIsPartOfADenserSphereAndTheBaseShowsIt) {
+    const std::string small = "--spp 2 --frames 1-2 --size 96x48 --density 384 --aovs depth,normal ";
+    const auto run_window = [&](const std::string& more) { return run_line(command(small + more)); };
+    const Outcome whole = run_window("--window 165,5,90x90 --threads 1 --json " + out("whole"));  // over the seam
+    ASSERT_EQ(whole.exit_code, 0) << whole.error;
+    EXPECT_NE(whole.standard_output.find("\"columns\": 384"), std::string::npos) << whole.standard_output;
+    const std::uint64_t pixels = 96 * 96 + 96 * 48 - 16 * 16;  // one tile of the base lies within
+    EXPECT_NE(whole.standard_output.find("\"paths\": " + std::to_string(2 * 2 * pixels)), std::string::npos)
+        << whole.standard_output;
+    ASSERT_EQ(run_line(command("--spp 2 --frames 2 --size 384x192 --aovs depth,normal " + out("dense"))).exit_code, 0);
+    const Frame window = read_exr(folder_ / "whole/window/frame.0002.exr");
+    const Frame dense = read_exr(folder_ / "dense/centre/frame.0002.exr");
+    const WindowPlace place{320, 48};
+    EXPECT_EQ(window_place(window_grid_of(window.info), std::get<EquirectCamera>(window.info.camera).range), place);
+    ASSERT_EQ(window.planes.size(), 3u);
+    for (const auto& [name, part] : window.planes)
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 96; ++x)
+                for (int c = 0; c < part.channels(); ++c)
+                    ASSERT_EQ(part.pixel(x, y)[c], dense.planes.at(name).pixel((place.x + x) % 384, place.y + y)[c])
+                        << name << ' ' << x << ", " << y;
+    // Interrupted between a window and its base, and resumed: nothing differs.
+    fs::copy(folder_ / "whole", folder_ / "resumed", fs::copy_options::recursive);
+    fs::remove(folder_ / "resumed/centre/frame.0001.exr");
+    fs::remove(folder_ / "resumed/centre/frame.0002.exr");
+    fs::remove(folder_ / "resumed/window/frame.0002.exr");
+    ASSERT_EQ(run_window("--window 165,5,90x90 --threads 3 " + out("resumed")).exit_code, 0);
+    for (const char* frame : {"frame.0001.exr", "frame.0002.exr"})
+        for (const char* stream : {"window", "centre"})
+            expect_same_planes(fs::path("whole") / stream / frame, fs::path("resumed") / stream / frame);
+    const Outcome moved = run_window("--window 0,5,90x90 " + out("whole"));
+    EXPECT_EQ(moved.exit_code, 2);
+    EXPECT_NE(moved.error.find("fingerprint"), std::string::npos) << moved.error;
+    EXPECT_EQ(run_window("--window gaze,90x90 --lock path --small right " + out("gaze")).exit_code, 0);
+    EXPECT_EQ(
+        window_place(window_grid_of(window.info),
+                     std::get<EquirectCamera>(read_exr_info(folder_ / "gaze/window/frame.0001.exr").camera).range),
+        (WindowPlace{144, 48}))
+        << "straight ahead of a sphere that turns with the path";
 }
 
 TEST_F(RenderProgram, PatchesAreAStreamLikeOthersAndGoOnWithTheirSlots) {
