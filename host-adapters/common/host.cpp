@@ -15,11 +15,13 @@
 namespace equistream::render_command {
 namespace {
 
+const std::vector<std::string> sample_spreads = {"even", "angle"};
+
 /// As typed; what is not a plain number is read by checked().
 struct Typed {
     RenderOptions options;
     std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
-    std::string progress = "auto", denoise = "off", window;
+    std::string progress = "auto", denoise = "off", window, samples = sample_spreads.front();
     double fps = 0, fov_deg = 90;
     int density = 0;
     cli::Option fov_option, fps_option, patch_budget, patch_side, density_option;
@@ -157,6 +159,12 @@ RenderOptions checked(const Typed& typed) {
     else if (sphere && o.size.width != 2 * o.size.height)
         std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
                      o.size.width, o.size.height);
+    o.samples_by_angle = typed.samples == sample_spreads.back();
+    if (o.samples_by_angle && (o.camera != ES_EQUIRECT || o.accumulate > 0 || o.patches))
+        throw InputError(expected_found("--samples angle", "spheres of independent frames",
+                                        o.camera != ES_EQUIRECT ? "--camera perspective"
+                                        : o.patches             ? "--patches"
+                                                                : "--accumulate"));
     o.denoise = static_cast<es_denoise>(denoise_quality(typed.denoise));
     o.progress = cli::parse_progress(typed.progress);
     return o;
@@ -207,6 +215,10 @@ void add_frame_options(cli::CommandLine& app, Typed& t) {
 
 void add_quality_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--spp", t.options.spp, "Samples per pixel").between(1u, 1048576u).with_default();
+    app.add_option("--samples", t.samples,
+                   "even: as many everywhere; angle: fewer towards the poles, for equal noise in an eye")
+        .one_of(sample_spreads)
+        .with_default();
     cli::add_seed_option(app, t.options.seed, "Other seeds give independent noise");
     app.add_option("--denoise", t.denoise,
                    "Take the noise out of colour by Open Image Denoise (pip install pyoidn): quickly or well")

@@ -47,6 +47,7 @@ struct RenderOptions {
     double fov_rad = pi / 2;
     LongitudeLatitudeRange range;
     std::uint32_t spp = 64;
+    bool samples_by_angle = false;  ///< fewer where pixels span less; else as many everywhere
     std::uint64_t seed = 1;
     unsigned threads = 0;  ///< 0: one per processor
     std::string aovs = "all";

@@ -31,6 +31,7 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.struct_size = sizeof(s);
     s.abi_version = ES_ABI_VERSION;
     s.spp = options.spp;
+    s.samples_by_angle = options.samples_by_angle;
     s.seed = options.seed;
     s.camera = options.camera;
     s.fov_x_rad = options.fov_rad;

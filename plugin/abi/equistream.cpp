@@ -67,11 +67,17 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
                 planes.push_back(needed);
         tile_samples = handle.history->samples_by_tile(info, handle.tiles.tile_side);
     }
+    if (handle.tiles.samples_by_angle)
+        tile_samples =
+            samples_by_angle(std::get<EquirectCamera>(info.camera), handle.tiles.tile_side, info.samples_per_pixel);
     std::optional<WindowInBase> window;
     if (settings.window != nullptr) {
         window = checked_window(*settings.window, info, handle.tiles.hidden_layer);
-        if (!handle.history)  // what is carried on is better rendered than 0
-            tile_samples = samples_around(window->cover, info, handle.tiles.tile_side);
+        if (!handle.history) {  // what is carried on is better rendered than 0
+            if (tile_samples.empty())
+                tile_samples.assign(tile_count(info, handle.tiles.tile_side), info.samples_per_pixel);
+            leave_to_window(window->cover, info, handle.tiles.tile_side, tile_samples);
+        }
     }
     std::shared_ptr<WindowFrame> as_window;
     if (info.window_columns > 0) {

@@ -221,9 +221,14 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
         require(s.accumulate_frames > 0 ||
                     std::ranges::find(checked.manifest.planes, plane) == checked.manifest.planes.end(),
                 "aovs", std::string(plane) + " only where frames are accumulated", plane);
-    const std::string layer = hidden_layer ? " hidden layer" : "";
+    require(s.samples_by_angle == 0 ||
+                (s.accumulate_frames == 0 && !info.patches && std::holds_alternative<EquirectCamera>(info.camera)),
+            "samples_by_angle", "0 in flat views, in an atlas of patches and where frames are accumulated",
+            std::to_string(s.samples_by_angle));
+    const std::string tiles =
+        std::string(hidden_layer ? " hidden layer" : "") + (s.samples_by_angle != 0 ? " samples by angle" : "");
     checked.manifest.fingerprint =
-        sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + layer);
+        sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + tiles);
     return checked;
 }
 
@@ -234,7 +239,7 @@ TileSettings checked_tile_settings(const es_sequence_settings* settings) {
             std::to_string(layer));
     require(s.tile_side >= 0 && s.tile_side <= max_image_side, "tile_side", "0 to " + std::to_string(max_image_side),
             std::to_string(s.tile_side));
-    return {layer == ES_LAYER_HIDDEN, s.tile_side == 0 ? default_tile_side : s.tile_side};
+    return {layer == ES_LAYER_HIDDEN, s.tile_side == 0 ? default_tile_side : s.tile_side, s.samples_by_angle != 0};
 }
 
 FrameSettings checked_settings(const es_frame_settings* settings) {
@@ -306,15 +311,14 @@ WindowInBase checked_window(const es_sequence& sequence, const FrameInfo& base, 
     return {sequence.shared, std::move(frame), WindowCover(grid, *place, sphere->width, sphere->height)};
 }
 
-std::vector<std::uint32_t> samples_around(const WindowCover& cover, const FrameInfo& base, int tile_side) {
+void leave_to_window(const WindowCover& cover, const FrameInfo& base, int tile_side,
+                     std::vector<std::uint32_t>& samples) {
     const int width = picture_width(base), height = picture_height(base);
-    std::vector<std::uint32_t> samples;
+    auto tile = samples.begin();
     for (int y = 0; y < height; y += tile_side)
-        for (int x = 0; x < width; x += tile_side)
-            samples.push_back(cover.covers(x, y, std::min(tile_side, width - x), std::min(tile_side, height - y))
-                                  ? 0
-                                  : base.samples_per_pixel);
-    return samples;
+        for (int x = 0; x < width; x += tile_side, ++tile)
+            if (cover.covers(x, y, std::min(tile_side, width - x), std::min(tile_side, height - y)))
+                *tile = 0;
 }
 
 FloatImage window_colour(const WindowInBase& window) {

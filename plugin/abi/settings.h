@@ -24,6 +24,7 @@ namespace equistream {
 struct TileSettings {
     bool hidden_layer = false;
     int tile_side = 0;
+    bool samples_by_angle = false;
 };
 
 /// How a sequence is denoised, by a denoiser of its own; nothing where it is not. Throws InputError.
@@ -88,8 +89,9 @@ struct WindowInBase {
 
 /// Of a base's frame, whose window `sequence` is. Throws InputError.
 WindowInBase checked_window(const es_sequence& sequence, const FrameInfo& base, bool is_hidden_layer);
-/// Samples a pixel for each tile of a base: none in those that the window covers.
-std::vector<std::uint32_t> samples_around(const WindowCover& cover, const FrameInfo& base, int tile_side);
+/// Of a base: none for tiles that the window covers.
+void leave_to_window(const WindowCover& cover, const FrameInfo& base, int tile_side,
+                     std::vector<std::uint32_t>& samples);
 /// Its finished colours, as they are on the disk, so that a base is the same whichever run rendered the window. Throws
 /// InputError where it is not written yet.
 FloatImage window_colour(const WindowInBase& window);

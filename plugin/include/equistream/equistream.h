@@ -88,6 +88,10 @@ typedef struct es_sequence_settings {
      * and half as many rows: a multiple of 16, as width and height are, which are the window's. es_frame_settings says
      * where it is. Ranges are 0; no hidden layer, no atlas. Its rays are those of the whole sphere. */
     int64_t window_columns;
+    /* Non-zero: tiles of a sphere or a window get samples in proportion to the angle that their pixels span, spp on the
+     * equator and one at least. So the noise that an eye sees is everywhere the same, for 0.64 of a sphere's samples.
+     * Only where tiles are sampled alike otherwise: not where frames are accumulated. */
+    int64_t samples_by_angle;
 } es_sequence_settings;
 
 /* What a slot of an atlas shows: a block of one auxiliary sphere. */

@@ -1,4 +1,5 @@
 // Motion against closed forms: seam, poles, rotation, and points behind a perspective camera.
+#include <plugin/film/film.h>
 #include <plugin/film/motion.h>
 #include <plugin/film/sampling.h>
 
@@ -164,6 +165,32 @@ TEST(Sampling, pixels_are_uniform_and_independent) {
     EXPECT_NEAR(uu / count, 1.0 / 12, 5 * 0.0745 / std::sqrt(count));
     EXPECT_NEAR(neighbour / count, 0, 5 * 0.0833 / std::sqrt(count));
     EXPECT_NEAR(both / count, 0, 5 * 0.0833 / std::sqrt(count));
+}
+
+TEST(Sampling, by_angle_tiles_send_as_much_to_an_eye_for_under_two_thirds_of_the_samples) {
+    for (const std::uint32_t spp : {4u, 16u, 64u}) {
+        const EquirectCamera sphere{1920, 960, {}};
+        const int side = 32, across = sphere.width / side;
+        const std::vector<std::uint32_t> samples = samples_by_angle(sphere, side, spp);
+        ASSERT_EQ(samples.size(), std::size_t(across * sphere.height / side));
+        double all = 0;
+        for (int row = 0; row < sphere.height / side; ++row) {
+            double in_row = 0, steradians = 0;
+            for (int tile = 0; tile < across; ++tile)
+                in_row += samples[std::size_t(row * across + tile)];
+            for (int y = row * side; y < (row + 1) * side; ++y)
+                steradians += equirect_pixel_solid_angle(y, sphere.width, sphere.height, sphere.range);
+            const double on_the_equator = side * std::pow(2 * pi / sphere.width, 2);
+            // Beside the poles one sample is the least there is.
+            const double wanted = std::max(1.0, spp * steradians / on_the_equator);
+            EXPECT_NEAR(in_row / across, wanted, 1.0 / across + 1e-3 * spp) << "row " << row;
+            all += in_row;
+        }
+        EXPECT_LT(all / double(samples.size()), (spp == 4 ? 0.66 : 0.65) * spp);
+    }
+    const EquirectCamera narrow{100, 64, {-0.3, 0.3, 0.2, 0.5}};
+    for (const std::uint32_t samples : samples_by_angle(narrow, 32, 1))
+        EXPECT_EQ(samples, 1u);
 }
 
 TEST(Sampling, seeds_are_distinct_over_the_whole_range) {
