@@ -110,7 +110,8 @@ private:
         last_frame_ = frame;
         ordered_ = now;
         is_rendering_ = true;
-        child_.order({frame, pace_.spp(), stream_.steering()});
+        // A window lies where eyes will look once it is on its way.
+        child_.order({frame, pace_.spp(), stream_.steering(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {
@@ -143,7 +144,8 @@ private:
         --coding_;
         ++figures_.spheres;
         figures_.encode_s += took_s;
-        figures_.age_s += seconds_since(ordered);
+        last_age_s_ = seconds_since(ordered);
+        figures_.age_s += last_age_s_;
         if (!coded.header.empty())
             stream_.set_header(coded.header);
         stream_.publish(coded.bytes, coded.begins_group);
@@ -233,6 +235,7 @@ private:
     Clock::time_point time_zero_, ordered_, noted_ = Clock::now();
     std::int64_t last_frame_ = -1;
     double busy_s_ = 0;
+    double last_age_s_ = 0;  // as in LiveFigures, of the last sphere
     std::int64_t intervals_ = 0;
     int coding_ = 0;  // frames that the worker has not coded yet
     bool is_ready_ = false, is_rendering_ = false, was_idle_ = true;

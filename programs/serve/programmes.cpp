@@ -1,5 +1,6 @@
 #include "programmes.h"
 
+#include <client/timing/head_prediction.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/viewer_message.h>
@@ -121,6 +122,7 @@ public:
             return;
         ++stream_.poses_heard_;
         head_ = pose->head;
+        turning_.seen(seconds_since(start_), pose->head);
         stream_.changed_();
     }
 
@@ -141,7 +143,11 @@ public:
             add(bytes);
     }
 
-    const std::optional<Pose>& head() const { return head_; }
+    bool has_head() const { return head_.has_value(); }
+    /// Where it was last, turned as it will be so long from now.
+    Pose head(double ahead_s) const {
+        return {head_->position_m, turning_.predict(seconds_since(start_) + ahead_s).orientation};
+    }
 
 private:
     struct Part {
@@ -169,6 +175,7 @@ private:
     bool has_joined_ = false, overrun_ = false;
     ViewerMessageReader messages_;
     std::optional<Pose> head_;
+    HeadPredictor turning_;
 };
 
 std::unique_ptr<Feed> LiveStream::open_feed() {
@@ -196,9 +203,9 @@ void LiveStream::end() {
     ended_ = true;
 }
 
-std::optional<Pose> LiveStream::steering() const {
-    const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->head().has_value(); });
-    return steers == feeds_.end() ? std::nullopt : (*steers)->head();
+std::optional<Pose> LiveStream::steering(double ahead_s) const {
+    const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->has_head(); });
+    return steers == feeds_.end() ? std::nullopt : std::optional((*steers)->head(ahead_s));
 }
 
 }  // namespace equistream::serve

@@ -80,8 +80,9 @@ public:
     void end();
 
     std::size_t viewers() const { return feeds_.size(); }
-    /// Of the viewer that came first of those who have sent one.
-    std::optional<Pose> steering() const;
+    /// Of the viewer that came first of those who have sent one: where its head is, turned as it will be so long from
+    /// now.
+    std::optional<Pose> steering(double ahead_s) const;
     std::int64_t poses_heard() const { return poses_heard_; }
     /// Whether somebody has come since this was asked last, for whom a group should begin.
     bool take_joined() { return std::exchange(joined_, false); }
