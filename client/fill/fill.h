@@ -7,9 +7,10 @@
 /// `base`      the coarse sphere around a window: all that lies beyond the window's border, across which both are
 /// mixed,
 ///             so that no border is seen.
-/// `earlier`   earlier main pictures. A sample counts only where its surface is still the same by depth agreement: what
-///             moved since is refused. (Streams carry no motion, so nothing is carried along with an object, and what
-///             slides within its own surface, a shadow or a picture on a screen, is not noticed.)
+/// `earlier`   earlier main pictures, windows that the gaze has left among them. A sample counts only where its surface
+///             is still the same by depth agreement: what moved since is refused. So is an earlier window where the
+///             base has another colour by now. (Streams carry no motion, so nothing is carried along with an object,
+///             and what slides within its own surface, a shadow or a picture on a screen, is not noticed.)
 /// `small`     the small second-eye view. Exact in position for the eye it was rendered from; the other eye gets what
 ///             that eye sees too.
 /// `small-wide` the same, but only in gaps that hold a square half as wide as one of its pixels.
@@ -57,7 +58,9 @@ struct FillInputs {
     const SourceView* small = nullptr;
     const SourceView* base = nullptr;       ///< the sphere around main, where that is a window
     std::span<const SourceView> earlier{};  ///< main pictures of frames before, newest first, with depth
-    const SourceView* hidden = nullptr;     ///< camera and pose of main; depth_m NaN where there is no second surface
+    /// The spheres around them, where they were windows: by these it shows where light has changed. Empty, or as many.
+    std::span<const SourceView> earlier_bases{};
+    const SourceView* hidden = nullptr;  ///< camera and pose of main; depth_m NaN where there is no second surface
     const PatchesView* patches = nullptr;
     GeometryColour* geometry = nullptr;
     /// As in EngineOptions: what a fill pass takes from elsewhere for a point is no farther from it than this.

@@ -245,7 +245,8 @@ std::int64_t by_surface(const Grid& grid, const SourceView* own, const GapResamp
         mirrors.emplace(*teller, task);
     return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
         Neighbourhood around;
-        if (!samples.of_surface(x, y, around) || (mirrors && !mirrors->show_the_same(samples, x, y)))
+        if (!samples.of_surface(x, y, around) || (mirrors && !mirrors->show_the_same(samples, x, y)) ||
+            (task.is_outdated && task.is_outdated(x, y)))
             return false;
         samples.mix(around, rgba);
         // By direction nothing tells how far it is: depth stays NaN there.

@@ -7,6 +7,8 @@
 
 #include <client/warp/resample.h>
 
+#include <functional>
+
 namespace equistream {
 
 // The patches of one of an atlas' spheres, as samples on that sphere's grid.
@@ -61,6 +63,8 @@ struct GapResampleTask {
     const SourceView* main = nullptr;
     /// Take only samples whose colours are not mixed with what stands before them.
     bool unmixed_only = false;
+    /// Whether what the grid's picture shows of a pixel's point is not so any more; empty: it is.
+    std::function<bool(int x, int y)> is_outdated{};
 };
 
 /// Each gap pixel whose point is known and that the grid's pictures show too. Returns how many were coloured. What

@@ -92,6 +92,49 @@ private:
     DepthAgreement agreement_;
 };
 
+bool has_colour(const SourceView& view) {
+    return view.rgb.data != nullptr || view.yuv.y.data != nullptr;
+}
+
+/// Where light has changed since an earlier window was rendered: by the coarse spheres around that one and today's.
+class ChangedLight {
+public:
+    ChangedLight(const SourceView& then, const SourceView& now, const EyeView& eye, const SeenPoints& seen)
+        : then_(then, eye), now_(now, eye), seen_(seen) {}
+
+    bool at(int x, int y) const {
+        const float inverse = seen_.inverse_planar.pixel(x, y)[0];
+        const glm::vec3 apart = abs(then_.colour(x, y, inverse) - now_.colour(x, y, inverse));
+        return std::max({apart.x, apart.y, apart.z}) > coding_and_noise;
+    }
+
+private:
+    /// What two pictures of the same differ by, of 255.
+    static constexpr float coding_and_noise = 24;
+
+    class Base {
+    public:
+        Base(const SourceView& view, const EyeView& eye)
+            : view_(view), lookup_(view.camera), rays_(eye.camera, eye.pose, view.pose) {}
+
+        glm::vec3 colour(int x, int y, float inverse) const {
+            const Taps taps = lookup_.taps(lookup_.project(rays_.direction(x, y) + rays_.eye() * inverse));
+            glm::vec3 sum(0);
+            for (int k = 0; k < 4; ++k)
+                sum += taps.weight[k] * sample_colour(view_.rgb, view_.yuv, taps.x[k], taps.y[k]);
+            return sum;
+        }
+
+    private:
+        const SourceView& view_;
+        SourceLookup lookup_;
+        EyeRays rays_;
+    };
+
+    Base then_, now_;
+    const SeenPoints& seen_;
+};
+
 /// Where in an eye's picture the border of the window runs that its source is.
 class WindowBorder {
 public:
@@ -235,13 +278,19 @@ std::int64_t EarlierPass::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
         };
     std::unique_ptr<SeenPoints> seen = pool_.acquire();
     std::int64_t filled = 0;
-    for (const SourceView& source : inputs_.earlier) {
+    for (std::size_t i = 0; i < inputs_.earlier.size(); ++i) {
+        const SourceView& source = inputs_.earlier[i];
         if (gaps.empty())
             break;
         if (source.depth_m.data == nullptr)
             continue;
         seen->look(eye, picture, gaps);
-        const GapResampleTask task{eye, *seen, gaps, budget_px, PixelOrigin::earlier, main};
+        GapResampleTask task{eye, *seen, gaps, budget_px, PixelOrigin::earlier, main};
+        std::optional<ChangedLight> changed;
+        if (inputs_.base != nullptr && i < inputs_.earlier_bases.size() && has_colour(inputs_.earlier_bases[i])) {
+            changed.emplace(inputs_.earlier_bases[i], *inputs_.base, eye, *seen);
+            task.is_outdated = [&](int x, int y) { return changed->at(x, y); };
+        }
         filled += fill_from(source, task, *seen, picture, still_there);
         gaps.narrow(picture.origin.view());
     }

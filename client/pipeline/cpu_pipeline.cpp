@@ -50,8 +50,8 @@ void CpuPipeline::offer_planes() {
     depth_.source = std::move(planes);
 }
 
-void CpuPipeline::remember(std::shared_ptr<const ReceivedPicture> main) {
-    fill_->remember(std::move(main), depths_);
+void CpuPipeline::remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base) {
+    fill_->remember(std::move(main), std::move(base), depths_);
 }
 
 void CpuPipeline::forget() {

@@ -77,8 +77,8 @@ public:
                 PipelineTimes& times);
     /// Depth alone, as render would find it: what remember() keeps with a frame.
     void find_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right);
-    /// Main picture of the frame that was rendered last, for the pass `earlier`.
-    void remember(std::shared_ptr<const ReceivedPicture> main);
+    /// Main picture of the frame that was rendered last, for the pass `earlier`, and the base around it or null.
+    void remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base);
     /// As if no frame had come before.
     void forget();
     /// Keeps the frames that another chain's pass `earlier` had.

@@ -31,6 +31,11 @@ bool counts_as_earlier(double earlier_s, double shown_s) {
     return earlier_s < shown_s && shown_s - earlier_s <= max_age_s;
 }
 
+bool counts_as_left(double earlier_s, double shown_s) {
+    constexpr double max_age_s = 10;
+    return earlier_s < shown_s && shown_s - earlier_s <= max_age_s;
+}
+
 ReliabilityOptions confidence_options(const FrameInfo& main, bool by_frames_depth, MirrorTreatment mirrors) {
     return confidence_options(by_frames_depth ? depth_tolerance_w(main.depth_code) : 0, coding_loss_of(main), mirrors);
 }

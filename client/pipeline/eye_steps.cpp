@@ -8,6 +8,7 @@
 #include <client/stages/stages.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace equistream {
@@ -33,6 +34,21 @@ namespace {
 
 /// "Current and previous", as the paper, and one more: at 30 frames a second the head has moved 3 cm in two.
 constexpr std::size_t kept_frames = 2;
+/// Of those that the gaze has left: a third of a turn to each side.
+constexpr std::size_t kept_windows = 4;
+
+/// Whether two windows of one sphere show more of the same than not.
+bool mostly_overlap(const FrameInfo& a, const FrameInfo& b) {
+    const auto *one = std::get_if<EquirectCamera>(&a.camera), *other = std::get_if<EquirectCamera>(&b.camera);
+    if (one == nullptr || other == nullptr)
+        return true;
+    const auto middle = [](double from, double to) { return 0.5 * (from + to); };
+    const LongitudeLatitudeRange &r = one->range, &s = other->range;
+    const double apart_rad = std::abs(
+        std::remainder(middle(r.longitude_min, r.longitude_max) - middle(s.longitude_min, s.longitude_max), 2 * pi));
+    const double above_rad = std::abs(middle(r.latitude_min, r.latitude_max) - middle(s.latitude_min, s.latitude_max));
+    return apart_rad < 0.5 * r.longitude_span() && above_rad < 0.5 * r.latitude_span();
+}
 
 ImageView<const float> view_of(const FloatImage& image) {
     return image.empty() ? ImageView<const float>{} : image.view();
@@ -87,9 +103,14 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
                     .box_radius_m = main_->box_radius_m};
     }
     earlier_views_.clear();
+    earlier_bases_.clear();
     for (const Earlier& earlier : earlier_)
         if (counts_as_earlier(earlier.picture->info.time_s, frame.main.info.time_s))
-            earlier_views_.push_back(source_view(*earlier.picture, earlier.depth_m));
+            show_earlier(earlier);
+    for (const Earlier& window : left_windows_)
+        if (frame.base && counts_as_left(window.picture->info.time_s, frame.main.info.time_s) &&
+            !mostly_overlap(window.picture->info, frame.main.info))
+            show_earlier(window);
     if (geometry_)
         geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
@@ -98,28 +119,58 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
                               .small = address(small_),
                               .base = address(base_),
                               .earlier = earlier_views_,
+                              .earlier_bases = earlier_bases_,
                               .hidden = address(hidden_),
                               .patches = address(patches_),
                               .geometry = geometry_});
 }
 
+void FrameFill::show_earlier(const Earlier& earlier) {
+    earlier_views_.push_back(source_view(*earlier.picture, earlier.depth_m));
+    earlier_bases_.push_back(earlier.base ? source_view(*earlier.base, {}) : SourceView{});
+}
+
 void FrameFill::take_over(FrameFill& before) {
     if (&before == this)
         return;
-    if (has_earlier_pass_)
+    if (has_earlier_pass_) {
         earlier_ = std::move(before.earlier_);
-    before.earlier_.clear();
+        left_windows_ = std::move(before.left_windows_);
+    }
+    before.forget();
 }
 
-void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths) {
+/// Windows half a window apart stay, the newest one of each place. Gives the memory of what does not.
+FloatImage FrameFill::leave(Earlier earlier) {
+    if (!earlier.base)
+        return std::move(earlier.depth_m);
+    const auto beside = std::ranges::find_if(left_windows_, [&](const Earlier& other) {
+        return mostly_overlap(other.picture->info, earlier.picture->info);
+    });
+    if (beside != left_windows_.end()) {
+        if (same_camera(beside->picture->info.camera, earlier.picture->info.camera))
+            std::swap(*beside, earlier);
+        return std::move(earlier.depth_m);
+    }
+    left_windows_.push_front(std::move(earlier));
+    if (left_windows_.size() <= kept_windows)
+        return {};
+    FloatImage memory = std::move(left_windows_.back().depth_m);
+    left_windows_.pop_back();
+    return memory;
+}
+
+void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base,
+                         SourceDepths& depths) {
     const bool is_kept = !earlier_.empty() && earlier_.front().picture == main;  // it was shown once more
     if (!has_earlier_pass_ || depths.main.empty() || is_kept)
         return;
-    earlier_.push_front({std::move(main), std::exchange(depths.main, {})});
+    earlier_.push_front({std::move(main), std::move(base), std::exchange(depths.main, {})});
     if (earlier_.size() <= kept_frames)
         return;
-    depths.main = std::move(earlier_.back().depth_m);
+    Earlier oldest = std::move(earlier_.back());
     earlier_.pop_back();
+    depths.main = leave(std::move(oldest));
 }
 
 }  // namespace equistream

@@ -77,27 +77,34 @@ public:
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown);
     FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(chain_, eye, picture); }
     /// Keeps a frame's main picture for the frames to come, where a fill pass asks for it; `depths` gets the memory of
-    /// those that are kept no longer.
-    void remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths);
+    /// those that are kept no longer. `base`: the sphere around it, where it is a window; else null. Windows stay for
+    /// longer once the gaze has left them.
+    void remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base,
+                  SourceDepths& depths);
     /// The frames that the fill chain before this one kept.
     void take_over(FrameFill& before);
     /// As if no frame had been kept.
-    void forget() { earlier_.clear(); }
+    void forget() {
+        earlier_.clear();
+        left_windows_.clear();
+    }
 
 private:
     struct Earlier {
-        std::shared_ptr<const ReceivedPicture> picture;
+        std::shared_ptr<const ReceivedPicture> picture, base;
         FloatImage depth_m;
     };
+    void show_earlier(const Earlier& earlier);
+    FloatImage leave(Earlier earlier);
 
     FillChain chain_;
     bool has_earlier_pass_ = false;
     GeometryColour* geometry_;
-    std::deque<Earlier> earlier_;  ///< newest first
+    std::deque<Earlier> earlier_, left_windows_;  ///< newest first
     // Views of the frame at hand.
     std::optional<SourceView> main_, base_, small_, hidden_;
     std::optional<PatchesView> patches_;
-    std::vector<SourceView> earlier_views_;
+    std::vector<SourceView> earlier_views_, earlier_bases_;
 };
 
 }  // namespace equistream

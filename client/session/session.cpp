@@ -136,7 +136,7 @@ void Session::show(SharedFrame frame) {
     if (gl_eyes_ != nullptr)
         gl_eyes_->show(frame);
     else if (is_rendered_ && frame != shown_)
-        cpu_.remember({shown_, &shown_->main});
+        cpu_.remember({shown_, &shown_->main}, {shown_, shown_->base ? &*shown_->base : nullptr});
     is_rendered_ = false;
     shown_ = std::move(frame);
     shown_time_s_ = shown_->main.info.time_s;

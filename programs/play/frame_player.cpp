@@ -217,7 +217,8 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
 }
 
 void FramePlayer::remember(ReceivedFrame&& frame) {
-    pipeline_.remember(std::make_shared<const ReceivedPicture>(std::move(frame.main)));
+    pipeline_.remember(std::make_shared<const ReceivedPicture>(std::move(frame.main)),
+                       frame.base ? std::make_shared<const ReceivedPicture>(std::move(*frame.base)) : nullptr);
 }
 
 }  // namespace equistream::play
