@@ -2,6 +2,8 @@
 
 #include <client/fill/fill.h>
 #include <client/fill/gaps.h>
+#include <client/pipeline/eye_steps.h>
+#include <equistream/window.h>
 #include <tests/unit/client/fill_scene.h>
 #include <tests/unit/evidence.h>
 
@@ -252,6 +254,98 @@ TEST(SmallWide, TakesEveryGapFromAViewAsDenseAsTheEye) {
     SourceView view = dense.source(0.063);
     view.depth_m = {};
     EXPECT_EQ(scene.fill("small-wide", {.main = &scene.main_view, .small = &view}, PixelOrigin::small), 1);
+}
+
+/// A head that has turned away, and back before the server knows: frames with windows ahead, then to the side.
+class TurnedBack : public testing::Test {
+protected:
+    static constexpr WindowGrid grid{1536, 768, 320, 256};
+    static constexpr EquirectCamera base_of{384, 192, {}};
+
+    static ReceivedPicture picture(const Rendered& rendered, const Camera& camera, double time_s) {
+        ReceivedPicture made;
+        made.info.camera = camera;
+        made.info.time_s = time_s;
+        made.info.ipd_m = 0.063;
+        made.rgb = rendered.rgb;
+        return made;
+    }
+    /// Seen so long after the first one; `darker`: by so much less light.
+    ReceivedFrame frame(const glm::dvec3& gaze, double time_s, int darker = 0) {
+        const EquirectCamera window = window_camera(grid, window_around(grid, gaze));
+        ReceivedFrame made;
+        made.main = picture(render(wall_alone, red_and_smooth, window, {}), window, time_s);
+        made.base = picture(render(wall_alone, red_and_smooth, base_of, {}), base_of, time_s);
+        for (ByteImage* rgb : {&made.main.rgb, &made.base->rgb})
+            for (std::uint8_t& value : rgb->samples())
+                value = std::uint8_t(std::max(0, value - darker));
+        return made;
+    }
+    static FloatImage depth_of(const Camera& camera) { return render(wall_alone, red_and_smooth, camera, {}).depth_m; }
+    void pass(ReceivedFrame made) {
+        SourceDepths depths;
+        depths.main = depth_of(made.main.info.camera);
+        fill_.remember(std::make_shared<const ReceivedPicture>(made.main),
+                       std::make_shared<const ReceivedPicture>(*made.base), depths);
+    }
+    /// What an eye that looks ahead sees of a frame whose window is elsewhere.
+    EyePicture look_ahead(const ReceivedFrame& shown) {
+        const EyeView eye{camera_, {}, eye_depth_.view()};
+        SourceDepths depths;
+        depths.main = depth_of(shown.main.info.camera);
+        depths.base = depth_of(shown.base->info.camera);
+        const SourceView main = source_view(shown.main, depths.main);
+        const auto engine = make_engine("eye-depth");
+        engine->set_source(main);
+        EyePicture picture;
+        engine->reproject(eye, picture);
+        fill_.set_frame(shown, depths, {main, shown.main.info.time_s});
+        fill_.fill(eye, picture);
+        return picture;
+    }
+
+    const glm::dvec3 ahead_{0, 0, -1}, aside_{0.94, 0, -0.34};
+    PerspectiveCamera camera_{160, 100, 0.8};
+    FloatImage eye_depth_ = render(wall_alone, red_and_smooth, camera_, {}).depth_m;
+    FrameFill fill_{default_fill, nullptr};
+};
+
+TEST_F(TurnedBack, SeesTheWindowThatItLeft) {
+    pass(frame(ahead_, 0));
+    for (int i = 1; i <= 4; ++i)
+        pass(frame(aside_, i));
+    const EyePicture picture = look_ahead(frame(aside_, 5));
+    EXPECT_GT(picture.count(PixelOrigin::earlier), 0.99 * 160 * 100);
+    const Rendered truth = render(wall_alone, red_and_smooth, camera_, {});
+    int worst = 0;
+    for (int y = 0; y < 100; ++y)
+        for (int x = 0; x < 160; ++x)
+            worst = std::max(worst, std::abs(picture.rgba.pixel(x, y)[1] - truth.rgb.pixel(x, y)[1]));
+    EXPECT_LE(worst, 3);
+}
+
+TEST_F(TurnedBack, SeesTheBaseWhereLightHasChanged) {
+    pass(frame(ahead_, 0));
+    for (int i = 1; i <= 4; ++i)
+        pass(frame(aside_, i));
+    const EyePicture picture = look_ahead(frame(aside_, 5, 40));
+    EXPECT_GT(picture.count(PixelOrigin::base), 0.9 * 160 * 100);
+}
+
+TEST_F(TurnedBack, SeesTheBaseAfterTenSeconds) {
+    pass(frame(ahead_, 0));
+    for (int i = 1; i <= 4; ++i)
+        pass(frame(aside_, i));
+    const EyePicture picture = look_ahead(frame(aside_, 11));
+    EXPECT_EQ(picture.count(PixelOrigin::earlier), 0);
+    EXPECT_GT(picture.count(PixelOrigin::base), 0.99 * 160 * 100);
+}
+
+TEST_F(TurnedBack, KeepsNoMoreThanAFewWindows) {
+    for (int i = 0; i < 12; ++i)
+        pass(frame({std::sin(0.55 * i), 0, -std::cos(0.55 * i)}, 0.1 * i));
+    const EyePicture picture = look_ahead(frame(-ahead_, 1.2));
+    EXPECT_GT(picture.count(PixelOrigin::base) + picture.count(PixelOrigin::earlier), 0.99 * 160 * 100);
 }
 
 }  // namespace
