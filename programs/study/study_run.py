@@ -11,6 +11,7 @@ import charts.parsimony
 import charts.related
 import charts.stability
 import charts.systems
+import charts.window
 import plan
 from charts.looks import COLOURS
 from experiments import EXPERIMENTS
@@ -125,7 +126,7 @@ class Study:
         SceneWork(self.work, self.options.bin, job.scene, self.preset, self.progress).render_part(job.render, job.first, job.last)
 
     def draw(self):
-        for chart in (charts.systems, charts.paper, charts.parity, charts.parsimony, charts.stability, charts.related):
+        for chart in (charts.systems, charts.paper, charts.parity, charts.parsimony, charts.stability, charts.related, charts.window):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)
         systems = load(self.options.out, "systems")

@@ -1,1 +1,0 @@
-"""What `equistream fit` does: see ../fit.py."""
