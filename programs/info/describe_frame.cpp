@@ -121,6 +121,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"time_s", info.time_s},
             {"frames_per_second", info.frames_per_second},
             {"camera", camera_to_json(info.camera)},
+            {"window_columns", info.window_columns > 0 ? nlohmann::json(info.window_columns) : nlohmann::json()},
             {"camera_pose", pose_to_json(info.camera_pose)},
             {"head", pose_to_json(info.head)},
             {"eye", eye_names[static_cast<int>(info.eye)]},
@@ -155,7 +156,11 @@ std::string shared_text(const FrameInfo& info) {
         text += formatted("  coded      at CRF %g", double(*info.crf)) + coding_loss_text(info) + "\n";
     if (info.depth_code)
         text += depth_code_text(*info.depth_code);
-    text += "  camera     " + camera_text(info.camera) + "\n";
+    if (info.window_columns == 0)
+        text += "  camera     " + camera_text(info.camera) + "\n";
+    else  // where it is differs from frame to frame
+        text += formatted("  camera     window %dx%d of a sphere of %d columns\n", width_of(info.camera),
+                          height_of(info.camera), info.window_columns);
     text +=
         formatted("  eye        %s, %.1f mm between the eyes", eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3);
     if (std::holds_alternative<EquirectCamera>(info.camera))  // a perspective one turns with the head

@@ -49,7 +49,9 @@ public:
 
     es_frame* begin() {
         const es_pose head{{0, 0, 0}, {1, 0, 0, 0}};
-        const es_frame_settings settings{sizeof settings, 0, 0, head, head, head, nullptr, 0, 0, 0};
+        es_frame_settings settings{};
+        settings.struct_size = sizeof settings;
+        settings.head_previous = settings.head = settings.head_next = head;
         es_frame* frame = nullptr;
         es_frame_begin(sequence_, &settings, &frame, nullptr);
         return frame;
