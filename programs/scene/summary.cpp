@@ -75,7 +75,10 @@ void measure_path(const SceneModel& model, const SceneDescription& scene, SceneS
         out.path_length_m += glm::length(keys[i].pose.position_m - keys[i - 1].pose.position_m);
         const glm::dvec3 a = keys[i - 1].pose.orientation * glm::dvec3(0, 0, -1);
         const glm::dvec3 b = keys[i].pose.orientation * glm::dvec3(0, 0, -1);
-        out.turn_deg += glm::degrees(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
+        const double turn_deg = glm::degrees(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
+        out.turn_deg += turn_deg;
+        if (const double step_s = keys[i].time_s - keys[i - 1].time_s; step_s > 0)
+            out.fastest_turn_deg_s = std::max(out.fastest_turn_deg_s, turn_deg / step_s);
     }
     out.path_duration_s = scene.camera_path.duration_s();
     const std::vector<Box> boxes = mesh_boxes(model);
@@ -141,6 +144,9 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     out.head_radius_m = scene.head_radius_m;
     out.box_radius_m = head_box_radius_centre(scene.head_radius_m, default_ipd_m);
     out.sphere_width = matching_sphere_width(default_focal_length_px);
+    const double margin_deg = 2 * out.fastest_turn_deg_s * window_delay_s;
+    out.window_width_deg = std::min(90 + margin_deg, 359.0);
+    out.window_height_deg = std::min(2 * glm::degrees(std::atan(9.0 / 16)) + margin_deg, 180.0);
     const double w = bounded_inverse_depth(out.nearest_m, out.box_radius_m);
     out.depth_levels = std::ceil(w / (2 * error_budget_rad(default_focal_length_px)));
     return out;
@@ -169,6 +175,9 @@ std::string summary_text(const SceneSummary& s) {
     text += line("head box", formatted("lean %.3f m; with a %.0f mm IPD, B = %.4f m", s.head_radius_m,
                                        1000 * default_ipd_m, s.box_radius_m));
     text += line("matching sphere", formatted("%.0f columns for f = %.0f px", s.sphere_width, default_focal_length_px));
+    text += line("matching window",
+                 formatted("%.0fx%.0f degrees for a 90 degree view of 16:9 that is %.2f s late at up to %.0f degrees/s",
+                           s.window_width_deg, s.window_height_deg, window_delay_s, s.fastest_turn_deg_s));
     text += line("depth codes", std::isfinite(s.depth_levels)
                                     ? formatted("%.0f levels for a quarter pixel", s.depth_levels)
                                     : std::string("none suffice: the head box touches the nearest triangle"));
@@ -197,11 +206,13 @@ nlohmann::ordered_json summary_json(const SceneSummary& s) {
     json["path_length_m"] = s.path_length_m;
     json["path_duration_s"] = s.path_duration_s;
     json["turn_deg"] = s.turn_deg;
+    json["fastest_turn_deg_s"] = s.fastest_turn_deg_s;
     json["nearest_m"] = s.nearest_m;
     json["nearest_time_s"] = s.nearest_time_s;
     json["lean_m"] = s.head_radius_m;
     json["box_radius_m"] = s.box_radius_m;
     json["sphere_width"] = s.sphere_width;
+    json["window_deg"] = {s.window_width_deg, s.window_height_deg};
     json["depth_levels"] = finite_or_null(s.depth_levels);
     return json;
 }

@@ -8,6 +8,9 @@
 
 namespace equistream {
 
+/// What a live server of a few spheres a second is late by (docs/guide/serve.md).
+inline constexpr double window_delay_s = 0.25;
+
 struct SceneSummary {
     std::string name;
     std::uint64_t triangles = 0;  ///< with instances
@@ -21,12 +24,16 @@ struct SceneSummary {
     glm::dvec3 box_low_m{0}, box_high_m{0};  ///< at time 0
 
     double path_length_m = 0, path_duration_s = 0;
-    double turn_deg = 0;  ///< sum of the angles the gaze turns through
+    double turn_deg = 0;            ///< sum of the angles the gaze turns through
+    double fastest_turn_deg_s = 0;  ///< of the gaze, from one key to the next
     double nearest_m = 0,
            nearest_time_s = 0;  ///< closest triangle (its mask ignored) to the head, sampled along the path
     double head_radius_m = 0;
     double box_radius_m = 0;  ///< B of bound.h for a sphere at the head's centre and the default IPD
     double sphere_width = 0;  ///< columns that match the centre of a view with the default focal length
+    /// What a window must cover for such a view of 16:9, 90 degrees wide, whose gaze the server knows window_delay_s
+    /// late.
+    double window_width_deg = 0, window_height_deg = 0;
     /// Depth codes if the whole default budget went to them: w at nearest_m in steps of twice the budget; infinite
     /// where the nearest triangle is in the head box.
     double depth_levels = 0;

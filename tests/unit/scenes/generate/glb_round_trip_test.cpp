@@ -189,6 +189,9 @@ TEST(Summary, PathOfTheMotionRoom) {
     EXPECT_NEAR(room.path_length_m, std::sqrt(0.49 + 0.0225 + 0.25), 1e-9);
     EXPECT_NEAR(room.path_duration_s, 1, 1e-12);
     EXPECT_NEAR(room.turn_deg, glm::degrees(0.6), 0.5);
+    EXPECT_GE(room.fastest_turn_deg_s, room.turn_deg / room.path_duration_s - 1e-9);
+    EXPECT_NEAR(room.window_width_deg, 90 + 2 * room.fastest_turn_deg_s * window_delay_s, 1e-9);
+    EXPECT_NEAR(room.window_height_deg, 58.72 + 2 * room.fastest_turn_deg_s * window_delay_s, 0.01);
     EXPECT_EQ(room.moving_objects, 2u);
 }
 
