@@ -107,8 +107,6 @@ private:
         task.previous_frames = last_ ? static_cast<std::uint32_t>(order.frame - last_->frame) : 1;
         task.stop = &stop_;
         task.paths_traced = [this](std::uint64_t) { stop_ = stop_ || input_.has_ended(); };
-        if (window_)
-            task.window_place = window_->at(task.head);
         return task;
     }
 
@@ -120,9 +118,11 @@ private:
         json made{{"frame", order.frame}};
         double render_s = 0, write_s = 0;
         const std::vector<Stream>& streams = streams_of(order.spp);
+        const WindowPlace place = window_ ? window_->at(task.head) : WindowPlace{};
         for (const Stream& stream : streams) {  // a window before its base
             const auto start = Clock::now();
             task.stream = &stream.settings;
+            task.window_place = stream.settings.window ? place : WindowPlace{};
             FramePointer frame =
                 begin_frame(stream, task, {time_s, {}, stream.settings.is_base ? &streams.front() : nullptr});
             task.frame = frame.get();
