@@ -1,11 +1,16 @@
 #include <client/fill/push_pull.h>
 #include <client/gpu/defines.h>
+#include <client/warp/view.h>
+
+#include <equistream/window.h>
 
 namespace equistream::gl {
 
 std::string fill_constants() {
     Defines d;
     d.add_whole("TILE_SHIFT", PullPyramid::tile_levels);
+    d.add_unsigned("ORIGIN_BASE", unsigned(PixelOrigin::base));
+    d.add("MIXED_PX", window_block_px);
     return d.take();
 }
 

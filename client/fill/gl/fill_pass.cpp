@@ -94,6 +94,7 @@ void FoundDepth::draw_still_there(const OtherPicture& earlier, const OtherPictur
     still_there_.set("main_from_source", change(earlier.view.pose, main.view.pose));
     still_there_.set("joins", glm::vec2(radius_m, std::sin(tolerance_rad)));
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, earlier.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 2, main.textures.grid());
     glBindTextureUnit(1, earlier.textures.depth());
     glBindTextureUnit(4, main.textures.depth());
     glBindImageTexture(0, earlier_depth_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
@@ -162,11 +163,15 @@ public:
     explicit PicturePass(GlFillShared& shared) : resample_(shared.resample()) {}
 
 protected:
-    /// From a picture with depth; of a small one without, by direction alone.
+    /// From a picture with depth; where it or the eyes have none, by direction alone what may be (GapResample).
     void resample(const GlFillFrame& frame, const std::optional<OtherPicture>& from, const GapTargets& to) {
-        if (from && from->textures.depth() == 0) {
+        if (!from)
+            return;
+        if (from->textures.depth() == 0 || to.depth.texture == 0) {
+            if (frame.found != nullptr && to.depth.texture != 0)
+                frame.found->forget(to);
             resample_.fill(*from, to);
-        } else if (from && to.depth.texture != 0) {
+        } else {
             if (frame.found != nullptr)
                 frame.found->draw_forward(*from, to);
             resample_.fill(*from, with_mirrors(frame, {}, to));
@@ -190,6 +195,71 @@ public:
     void fill(const GlFillFrame& frame, const GapTargets& to) override { resample(frame, frame.small, to); }
 };
 
+/// Mixes what eyes see along the border of their window with the sphere around it, so that no border is seen.
+class WindowBorder {
+public:
+    explicit WindowBorder(GapResample& resample)
+        : resample_(resample), tiles_(program("FIND")), open_(program("OPEN")), mix_("window_border.glsl") {}
+
+    /// `base` is the frame's.
+    void mix(const GlFillFrame& frame, const OtherPicture& base, const GapTargets& to) {
+        from_base_.size_for(to.eyes.front().camera, int(to.eyes.size()));
+        blocks_.set(frame.main.view, to.eyes);
+        look_at_window(frame, to, tiles_.finder());
+        tiles_.find(to.targets);
+        look_at_window(frame, to, open_);
+        glBindTextureUnit(0, to.targets.origin());
+        glBindImageTexture(1, from_base_.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+        run(open_);
+        const GapTargets border{to.eyes, to.depth, tiles_, from_base_};
+        const bool by_depth = base.textures.depth() != 0 && to.depth.texture != 0;
+        resample_.fill(base, by_depth ? with_mirrors(frame, {}, border) : border);
+        look_at_window(frame, to, mix_);
+        glBindTextureUnit(0, from_base_.colour());
+        glBindTextureUnit(3, from_base_.origin());
+        glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA8);
+        run(mix_);
+    }
+
+private:
+    static Program program(const char* define) {
+        return Program("window_border.glsl", std::vector<std::string>{define});
+    }
+
+    void look_at_window(const GlFillFrame& frame, const GapTargets& to, const Program& program) const {
+        glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.main.textures.grid());
+        glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+        glBindTextureUnit(2, to.depth.texture);
+        program.set("inverse_depth_scale", to.depth.texture != 0 ? to.depth.scale : 0.0f);
+    }
+
+    void run(const Program& program) const {
+        tiles_.bind();
+        tiles_.dispatch(program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+        finish_pictures();
+    }
+
+    GapResample& resample_;
+    GapTiles tiles_;
+    Program open_, mix_;
+    EyeBlocks blocks_;
+    EyeTargets from_base_;  ///< where the border is
+};
+
+class BasePass : public PicturePass {
+public:
+    explicit BasePass(GlFillShared& shared) : PicturePass(shared), border_(shared.resample()) {}
+    std::string_view name() const override { return "base"; }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override {
+        resample(frame, frame.base, to);
+        if (frame.base)
+            border_.mix(frame, *frame.base, to);
+    }
+
+private:
+    WindowBorder border_;
+};
+
 class EarlierPass : public PicturePass {
 public:
     using PicturePass::PicturePass;
@@ -198,14 +268,10 @@ public:
         if (to.depth.texture == 0 || !frame.earlier)
             return;
         const OtherPicture& from = *frame.earlier;
-        if (from.textures.depth() == 0) {
-            resample_.fill(from, to);
+        if (from.textures.depth() == 0)
             return;
-        }
-        if (frame.found != nullptr && same_camera(from.view.camera, frame.main.view.camera))
+        if (frame.found != nullptr)
             frame.found->draw_still_there(from, frame.main, to);
-        else if (frame.found != nullptr)
-            frame.found->forget(to);
         resample_.fill(from, with_mirrors(frame, frame.mirrors_earlier, to));
     }
 };
@@ -239,6 +305,10 @@ private:
 };
 
 }  // namespace
+
+std::unique_ptr<GlFillPass> make_gl_base_pass(GlFillShared& shared) {
+    return std::make_unique<BasePass>(shared);
+}
 
 std::unique_ptr<GlFillPass> make_gl_hidden_pass(GlFillShared& shared) {
     return std::make_unique<HiddenPass>(shared);

@@ -21,13 +21,13 @@ public:
 
     /// All samples of a picture with depth.
     void draw_forward(const OtherPicture& from, const GapTargets& to);
-    /// Those of an earlier picture whose surface is still there: the main one, of the same camera and with depth, does
+    /// Those of an earlier picture whose surface is still there: the main one, with depth and of whatever camera, does
     /// not look through it.
     void draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to);
-    /// Of all spheres.
-    void draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to);
     /// Of gaps, nothing: what was drawn forward into them from another picture is none of the next one's.
     void forget(const GapTargets& to);
+    /// Of all spheres.
+    void draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to);
     /// What gaps see that nothing else fills: their background.
     void find_background(const SourceView& main, const GapTargets& to);
 
@@ -52,7 +52,7 @@ private:
 /// What a frame brings to fill gaps with, borrowed for a call.
 struct GlFillFrame {
     OtherPicture main;  ///< as the eyes look it up
-    std::optional<OtherPicture> hidden, small, earlier;
+    std::optional<OtherPicture> base, hidden, small, earlier;
     const PatchesView* patches = nullptr;
     const PatchTextures* patch_textures = nullptr;
     /// Finds what gap pixels see where eyes have no depth of their own; null: they have, by the scene's geometry.

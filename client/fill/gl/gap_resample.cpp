@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -38,10 +39,11 @@ ListsHead nothing_listed(Size grid) {
 }  // namespace
 
 GapTiles::GapTiles(Of of)
-    : find_("find_gap_tiles.glsl",
-            std::vector<std::string>{of == Of::gaps ? "COUNTS(origin) ((origin) == ORIGIN_GAP)"
-                                                    : "COUNTS(origin) ((origin) != ORIGIN_SOURCE)"}),
-      list_("list_gap_tiles.glsl") {}
+    : GapTiles(Program("find_gap_tiles.glsl",
+                       std::vector<std::string>{of == Of::gaps ? "COUNTS(origin) ((origin) == ORIGIN_GAP)"
+                                                               : "COUNTS(origin) ((origin) != ORIGIN_SOURCE)"})) {}
+
+GapTiles::GapTiles(Program find) : find_(std::move(find)), list_("list_gap_tiles.glsl") {}
 
 void GapTiles::size_for(const EyeTargets& targets) {
     constexpr int side = PullPyramid::tile_side;
@@ -89,8 +91,8 @@ void GapTiles::dispatch(const Program& program, List list, int shift) const {
 GapResample::GapResample() : program_("gap_resample.glsl") {}
 
 void GapResample::fill(const OtherPicture& from, const GapTargets& to) {
-    const bool by_direction = from.textures.depth() == 0;
-    if (by_direction && from.mark != PixelOrigin::small)
+    const bool by_direction = from.textures.depth() == 0 || to.depth.texture == 0;
+    if (by_direction && from.mark != PixelOrigin::small && from.mark != PixelOrigin::base)
         return;
     blocks_.set(from.view, to.eyes);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());

@@ -24,9 +24,12 @@ public:
     enum class Of { gaps, not_source };
 
     explicit GapTiles(Of of = Of::gaps);
+    /// Of those that a program finds, as find_gap_tiles.glsl does; find() runs it as it is bound and set.
+    explicit GapTiles(Program find);
 
     /// Looks through all origins of the targets. Storage is kept as long as their size stays.
     void find(const EyeTargets& targets);
+    const Program& finder() const { return find_; }
 
     /// For shaders that include gap_tiles.glsl: binds storage 0 and 1.
     void bind() const;
@@ -73,7 +76,8 @@ class GapResample {
 public:
     GapResample();
 
-    /// By the picture's depth, or, of a small view that has none, by direction alone; others fill nothing then.
+    /// By the picture's depth and the eyes'; where either has none by direction alone, of a small view or a window's
+    /// base; others fill nothing then.
     void fill(const OtherPicture& from, const GapTargets& to);
 
 private:

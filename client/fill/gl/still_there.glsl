@@ -1,11 +1,12 @@
-// Depth of an earlier picture's samples, NaN where its surface is not there any more: the main picture, which has the
-// same camera, looks through it. As SeenThrough of picture_passes.cpp has it.
+// Depth of an earlier picture's samples, NaN where its surface is not there any more: the main picture, of whatever
+// camera, looks through it. As SeenThrough of picture_passes.cpp has it.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 4) uniform sampler2D main_depth;
 layout(binding = 0, r32f) uniform writeonly image2D depth_still_there;
 
+#define OTHER_GRID  // main's
 #include "source_grid.glsl"
 #include "depth_clearance.glsl"
 
@@ -13,13 +14,13 @@ uniform mat4 main_from_source;
 uniform vec2 joins;  // box radius in metres, sin e
 
 bool is_still_there(vec3 point_m) {
-    vec2 position = position_of(point_m);
-    if (!(all(greaterThanEqual(position, vec2(0.0))) && all(lessThan(position, vec2(source_size)))))
+    vec2 position = position_in_other(point_m);
+    if (!(all(greaterThanEqual(position, vec2(0.0))) && all(lessThan(position, vec2(other.source_size)))))
         return true;
     float clearance = clearance_of(length(point_m));
     // Somewhere around the pixel, for the point may lie on a slope or at an edge.
     for (int k = 0; k < 9; ++k) {
-        ivec2 s = clamp(ivec2(position) + ivec2(k % 3, k / 3) - 1, ivec2(0), source_size - 1);
+        ivec2 s = clamp(ivec2(position) + ivec2(k % 3, k / 3) - 1, ivec2(0), other.source_size - 1);
         float now = clearance_of(texelFetch(main_depth, s, 0).x);
         if (now <= clearance || agree(now, clearance))
             return true;

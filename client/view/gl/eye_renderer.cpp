@@ -47,8 +47,8 @@ struct EyeRenderer::Geometry {
     SphereDepth sphere_depth;
     std::vector<DepthViewpoint> views;
     // Of the frame, of its own time:
-    bool has_whole_depth = false;  ///< of all of its samples
-    bool has_small_depth = false;  ///< of the small view's
+    bool has_whole_depth = false;   ///< of all of its samples
+    bool has_depth_beside = false;  ///< of the pictures beside it
 };
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, const std::string& fill,
@@ -77,7 +77,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     current_ = next;
     extrapolation_s_ = 0;
     if (geometry_ != nullptr) {
-        geometry_->has_whole_depth = geometry_->has_small_depth = false;
+        geometry_->has_whole_depth = geometry_->has_depth_beside = false;
         geometry_->set_time(this->frame().main.info.time_s);
     } else if (finder_ != nullptr) {
         finder_->engine->forget_source();
@@ -140,19 +140,27 @@ EyeDepth EyeRenderer::eyes_depth() const {
                                 : finder_->engine->depth();
 }
 
-bool EyeRenderer::fills_from_small() const {
-    return std::ranges::any_of(
-        chain_, [](const auto& pass) { return find_fill(pass->name()).reads[std::size_t(TrackRole::small)]; });
+bool EyeRenderer::fills_from(TrackRole role) const {
+    return std::ranges::any_of(chain_,
+                               [&](const auto& pass) { return find_fill(pass->name()).reads[std::size_t(role)]; });
 }
 
-bool EyeRenderer::needs_small_depth() {
-    return !geometry_->has_small_depth && current().small() != nullptr && fills_from_small();
+std::array<UploadedPicture*, 2> EyeRenderer::looked_up_beside() {
+    return {fills_from(TrackRole::small) ? current().small() : nullptr,
+            fills_from(TrackRole::window) ? current().base() : nullptr};
 }
 
-/// Once a frame: it is small.
-void EyeRenderer::find_small_depth() {
-    geometry_->draw_whole(*current().small());
-    geometry_->has_small_depth = true;
+bool EyeRenderer::needs_depth_beside() {
+    return !geometry_->has_depth_beside &&
+           std::ranges::any_of(looked_up_beside(), [](const auto* picture) { return picture != nullptr; });
+}
+
+/// Once a frame, of all samples: there are few.
+void EyeRenderer::find_depth_beside() {
+    for (UploadedPicture* picture : looked_up_beside())
+        if (picture != nullptr)
+            geometry_->draw_whole(*picture);
+    geometry_->has_depth_beside = true;
 }
 
 void EyeRenderer::find_depth() {
@@ -165,8 +173,8 @@ void EyeRenderer::find_depth() {
         finder_->engine->find(main.view, resampled(), eyes_);
         return;
     }
-    if (needs_small_depth())
-        find_small_depth();
+    if (needs_depth_beside())
+        find_depth_beside();
     std::vector<DepthViewpoint>& views = geometry_->views;
     views.clear();
     for (const EyeView& eye : eyes_)
@@ -185,10 +193,10 @@ void EyeRenderer::find_depth() {
 /// eyes' as of later.
 void EyeRenderer::find_depths_apart() {
     const double frame_s = frame().main.info.time_s;
-    if (!geometry_->has_whole_depth || needs_small_depth())
+    if (!geometry_->has_whole_depth || needs_depth_beside())
         geometry_->set_time(frame_s);
-    if (needs_small_depth())
-        find_small_depth();
+    if (needs_depth_beside())
+        find_depth_beside();
     if (!geometry_->has_whole_depth) {
         geometry_->draw_whole(current().main());
         geometry_->has_whole_depth = true;
@@ -241,6 +249,7 @@ GlFillFrame EyeRenderer::fill_frame() {
     };
     const FrameTextures* before = earlier();
     GlFillFrame from{.main = {current().main().view, resampled()},
+                     .base = picture(current().base(), PixelOrigin::base),
                      .hidden = picture(current().hidden(), PixelOrigin::hidden),
                      .small = picture(current().small(), PixelOrigin::small),
                      .earlier = picture(before != nullptr ? &before->main() : nullptr, PixelOrigin::earlier),

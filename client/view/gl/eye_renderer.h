@@ -124,8 +124,8 @@ private:
     const FrameTextures* earlier() const;
     void find_depth();
     void find_depths_apart();
-    bool needs_small_depth();
-    void find_small_depth();
+    bool needs_depth_beside();
+    void find_depth_beside();
     bool frame_has_depth() const;
     /// By which the eyes' pixels are looked up, known or assumed; texture 0: by none.
     EyeDepth eyes_depth() const;
@@ -133,7 +133,9 @@ private:
     void turn_apart(bool right_alone, EyeTargets& targets);
     /// What is looked up by depth.
     const SourceTextures& resampled() const;
-    bool fills_from_small() const;
+    /// What fill passes look up of the frame whose depth the scene's geometry gives.
+    std::array<UploadedPicture*, 2> looked_up_beside();
+    bool fills_from(TrackRole role) const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
     GlFillFrame fill_frame();
     /// The main picture of the frame that is shown, as it is looked up.

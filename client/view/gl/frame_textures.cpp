@@ -15,8 +15,8 @@ void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
 
 bool has_hdr(const ReceivedFrame& frame) {
     const auto is_hdr = [](const std::optional<ReceivedPicture>& picture) { return picture && !picture->pq.empty(); };
-    return !frame.main.pq.empty() || is_hdr(frame.right) || is_hdr(frame.hidden) || is_hdr(frame.small) ||
-           is_hdr(frame.patches);
+    return !frame.main.pq.empty() || is_hdr(frame.base) || is_hdr(frame.right) || is_hdr(frame.hidden) ||
+           is_hdr(frame.small) || is_hdr(frame.patches);
 }
 
 void FrameTextures::read_in_place(const std::shared_ptr<PictureBuffers>& buffers) {
@@ -41,8 +41,10 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
         buffers_->provide();
     frame_ = std::move(frame);
     upload_picture(frame_->main, main_);
-    for (const auto& [picture, to] :
-         {std::pair(&frame_->right, &right_), {&frame_->hidden, &hidden_}, {&frame_->small, &small_}})
+    for (const auto& [picture, to] : {std::pair(&frame_->base, &base_),
+                                      {&frame_->right, &right_},
+                                      {&frame_->hidden, &hidden_},
+                                      {&frame_->small, &small_}})
         if (*picture)
             upload_picture(**picture, *to);
     patches_.reset();

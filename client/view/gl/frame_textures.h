@@ -22,9 +22,9 @@ struct UploadedPicture {
 
 class FrameTextures {
 public:
-    /// Uploads main, right eye, hidden layer, small view and patches and keeps the frame, so that views of it stay
-    /// good. Storage of the frame before is used again. Throws WorkError where a picture has another size than it is
-    /// tagged with; nothing has changed then.
+    /// Uploads main, base, right eye, hidden layer, small view and patches and keeps the frame, so that views of it
+    /// stay good. Storage of the frame before is used again. Throws WorkError where a picture has another size than it
+    /// is tagged with; nothing has changed then.
     void upload(std::shared_ptr<const ReceivedFrame> frame);
 
     /// SourceTextures', of all pictures; provided for before each upload.
@@ -36,6 +36,7 @@ public:
     const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }
+    UploadedPicture* base() { return frame_->base ? &base_ : nullptr; }
     const UploadedPicture* right() const { return frame_->right ? &right_ : nullptr; }
     const UploadedPicture* hidden() const { return frame_->hidden ? &hidden_ : nullptr; }
     UploadedPicture* small() { return frame_->small ? &small_ : nullptr; }
@@ -43,13 +44,14 @@ public:
     const PatchesView& patches_view() const { return *patches_; }
 
 private:
-    std::array<SourceTextures*, 5> all_textures() {
-        return {&main_.textures, &right_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()};
+    std::array<SourceTextures*, 6> all_textures() {
+        return {&main_.textures,   &base_.textures,  &right_.textures,
+                &hidden_.textures, &small_.textures, &patch_textures_.atlas()};
     }
 
     std::shared_ptr<PictureBuffers> buffers_;  ///< null: there are none
     std::shared_ptr<const ReceivedFrame> frame_;
-    UploadedPicture main_, right_, hidden_, small_;
+    UploadedPicture main_, base_, right_, hidden_, small_;
     PatchTextures patch_textures_;
     std::optional<PatchesView> patches_;
 };

@@ -26,14 +26,30 @@ layout(std140, binding = 0) uniform SourceGrid {
 };
 #endif
 
-vec2 position_of(vec3 d) {
-    vec2 half_size = 0.5 * vec2(source_size);
-    if (source_is_sphere == 0)
-        return vec2(flat_column(d.x, d.z, source_focal_px, half_size.x),
-                    flat_row(d.y, d.z, source_focal_px, half_size.y));
-    return vec2(sphere_column(d.x, d.z, source_middle, columns_per_radian, half_size.x),
-                sphere_row(d.x, d.y, d.z, source_top, rows_per_radian));
+vec2 position_on(vec2 size, int is_sphere, float focal_px, float middle, float top, vec2 per_radian, vec3 d) {
+    if (is_sphere == 0)
+        return vec2(flat_column(d.x, d.z, focal_px, 0.5 * size.x), flat_row(d.y, d.z, focal_px, 0.5 * size.y));
+    return vec2(sphere_column(d.x, d.z, middle, per_radian.x, 0.5 * size.x),
+                sphere_row(d.x, d.y, d.z, top, per_radian.y));
 }
+
+vec2 position_of(vec3 d) {
+    return position_on(vec2(source_size), source_is_sphere, source_focal_px, source_middle, source_top,
+                       vec2(columns_per_radian, rows_per_radian), d);
+}
+
+#ifdef OTHER_GRID
+// Of another picture.
+layout(std140, binding = 2) uniform OtherGrid {
+    GRID_MEMBERS()
+} other;
+
+/// Of a direction in that picture's frame.
+vec2 position_in_other(vec3 d) {
+    return position_on(vec2(other.source_size), other.source_is_sphere, other.source_focal_px, other.source_middle,
+                       other.source_top, vec2(other.columns_per_radian, other.rows_per_radian), d);
+}
+#endif
 
 /// False for NaN.
 bool is_covered(vec2 position) {

@@ -2,6 +2,8 @@
 /// Frames with all that gaps may be filled from, the scene they are of as triangles, and what the CPU makes of them.
 #include "gl_fixture.h"
 
+#include <equistream/window.h>
+
 #include <client/confidence/reliability.h>
 #include <client/depth/gl/gl_depth.h>
 #include <client/depth/ray_colour.h>
@@ -74,6 +76,39 @@ inline std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const
         picture->info.index = index;
         picture->info.time_s = double(index) / 30;
     }
+    return frame;
+}
+
+/// Whose depth comes with a frame.
+enum class Streamed { nothing, window_depth, all_depth };
+
+/// A window of the sphere that leads along X, so many blocks from the middle, as dense as eyes are, within a coarse one
+/// of less contrast; nothing else comes with it. A mirror hangs across its border. Without a window a coarse one alone.
+inline std::shared_ptr<const ReceivedFrame> make_window_frame(std::int64_t index, std::optional<int> blocks_right,
+                                                              Streamed streamed) {
+    constexpr WindowGrid grid{1024, 512, 208, 160};
+    const Pose pose{{-0.0315 - 0.01 * double(index), 0, 0}, {1, 0, 0, 0}};
+    const auto picture = [&](const Camera& camera, double contrast, bool with_depth) {
+        const auto colour = [&](const glm::dvec3& p, double) { return 0.5 + contrast * (smooth(p, 1.5) - 0.5); };
+        const Rendered rendered = render(ball_and_wall, colour, camera, pose);
+        ReceivedPicture made = picture_of(rendered);
+        if (with_depth)
+            made.depth_m = rendered.depth_m;
+        if (contrast == 1)
+            hang_mirror(rendered, made);
+        made.info.index = index;
+        made.info.time_s = double(index) / 30;
+        return made;
+    };
+    auto frame = std::make_shared<ReceivedFrame>();
+    Camera main = EquirectCamera{512, 256, {}};
+    if (blocks_right) {
+        frame->base = picture(main, 0.6, streamed == Streamed::all_depth);
+        WindowPlace place = window_around(grid, {0, 0, -1});
+        place.x += *blocks_right * window_block_px;
+        main = window_camera(grid, place);
+    }
+    frame->main = picture(main, 1, streamed != Streamed::nothing);
     return frame;
 }
 
@@ -190,7 +225,12 @@ public:
         const SourceView main = extrapolation_s > 0 ? source_view(extrapolated.picture, extrapolated.depth_m)
                                                     : source_view(frame.main, main_m);
         const std::array earlier = {source_view(before.main, before_m)};
-        std::optional<SourceView> hidden, small;
+        std::optional<SourceView> base, hidden, small;
+        FloatImage base_m;
+        if (frame.base) {
+            base_m = depth_of(*frame.base);
+            base = source_view(*frame.base, base_m);
+        }
         if (frame.hidden)
             hidden = source_view(*frame.hidden, frame.hidden->depth_m);
         FloatImage small_m;
@@ -218,6 +258,7 @@ public:
         for (const auto& fill_pass : chain)
             fill_pass->set_frame({.main = &main,
                                   .small = small ? &*small : nullptr,
+                                  .base = base ? &*base : nullptr,
                                   .earlier = earlier,
                                   .hidden = hidden ? &*hidden : nullptr,
                                   .patches = patches ? &*patches : nullptr,
@@ -253,6 +294,29 @@ inline double psnr_db(const ByteImage& a, const ByteImage& b) {
     for (std::size_t i = 0; i < a.samples().size(); ++i)
         squares += std::pow(double(a.samples()[i]) - double(b.samples()[i]), 2);
     return 10 * std::log10(255.0 * 255 * double(a.samples().size()) / std::max(squares, 1e-9));
+}
+
+/// Within which two pictures are the same.
+struct Limits {
+    double min_db = 50, other_reliabilities = 0.01, other_origins = 0.002;
+};
+
+/// Where fill passes with nothing but the picture itself have much to fill, a single pixel of an outline that fell on
+/// its other side, as they do, is spread over that, and all of it is as far from what was seen as that pixel is.
+inline constexpr Limits large_fills{.min_db = 45, .other_reliabilities = 0.03};
+
+/// Of a refresh's two pictures.
+inline void expect_same(const EyePicture& found, const EyePicture& expected, const Limits& limits) {
+    EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.min_db);
+    EXPECT_EQ(found.count(PixelOrigin::gap), 0);
+    const double pixels = double(found.origin.samples().size());
+    int other_origins = 0, other_reliabilities = 0;
+    for (std::size_t p = 0; p < found.origin.samples().size(); ++p) {
+        other_origins += found.origin.samples()[p] != expected.origin.samples()[p];
+        other_reliabilities += std::abs(found.reliability.samples()[p] - expected.reliability.samples()[p]) > 2;
+    }
+    EXPECT_LT(other_origins, limits.other_origins * pixels);
+    EXPECT_LT(other_reliabilities, limits.other_reliabilities * pixels);
 }
 
 }  // namespace equistream::test

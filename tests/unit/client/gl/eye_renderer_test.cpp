@@ -17,29 +17,6 @@
 namespace equistream::test {
 namespace {
 
-/// Within which two pictures are the same.
-struct Limits {
-    double min_db = 50, other_reliabilities = 0.01;
-};
-
-/// Where fill passes with nothing but the picture itself have much to fill, a single pixel of an outline that fell on
-/// its other side, as they do, is spread over that, and all of it is as far from what was seen as that pixel is.
-constexpr Limits large_fills{45, 0.03};
-
-/// Of a refresh's two pictures.
-void expect_same(const EyePicture& found, const EyePicture& expected, const Limits& limits) {
-    EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.min_db);
-    EXPECT_EQ(found.count(PixelOrigin::gap), 0);
-    const double pixels = double(found.origin.samples().size());
-    int other_origins = 0, other_reliabilities = 0;
-    for (std::size_t p = 0; p < found.origin.samples().size(); ++p) {
-        other_origins += found.origin.samples()[p] != expected.origin.samples()[p];
-        other_reliabilities += std::abs(found.reliability.samples()[p] - expected.reliability.samples()[p]) > 2;
-    }
-    EXPECT_LT(other_origins, 0.002 * pixels);
-    EXPECT_LT(other_reliabilities, limits.other_reliabilities * pixels);
-}
-
 class GlRefresh : public GlEyeRenderer {
 protected:
     /// Two eyes see the same as on the CPU, by the scene's geometry, and, without a scene, by the frame's own depth.

@@ -54,9 +54,9 @@ vec3 depth_colour(float inverse_m) {
 }
 
 /// Who coloured a pixel, in the order of PixelOrigin.
-const vec3 origin_colours[9] =
-    vec3[9](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
-            vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9));
+const vec3 origin_colours[10] =
+    vec3[10](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
+             vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9), vec3(0.5, 0.6, 0.7));
 
 /// Of radians a second to the right and down: red to the right, yellow-green up, cyan to the left, violet down; dark
 /// where slow.
@@ -71,7 +71,7 @@ vec3 with_overlay(vec3 seen, ivec2 at, int eye) {
         return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(eye_depth, ivec3(at, eye), 0).x) : 0.3 * seen;
     if (overlay == OVERLAY_gaps) {
         uint origin = texelFetch(origins, ivec3(at, eye), 0).x;
-        return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 8u)], 0.7);
+        return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 9u)], 0.7);
     }
     if (overlay == OVERLAY_reliability && has_reliability != 0) {
         float trusted = texelFetch(reliability, ivec3(at, eye), 0).x;

@@ -82,8 +82,8 @@ TEST(Stages, UnknownNamesAreAnsweredByTheAcceptedOnes) {
     EXPECT_EQ(complaint([] { find_depth("rays"); }),
               "--depth: expected ray, gl, gl-cube, stream or exact, found 'rays'");
     EXPECT_EQ(complaint([] { parse_fills("hidden,telea"); }),
-              "--fill: expected none, or a list of hidden, patches, earlier, small, small-wide, geometry, pushpull or "
-              "spread, found 'telea'");
+              "--fill: expected none, or a list of hidden, patches, earlier, small, small-wide, geometry, base, "
+              "pushpull or spread, found 'telea'");
     EXPECT_NE(complaint([] { find_engine(""); }), "");
     EXPECT_NE(complaint([] { parse_fills("hidden,none"); }), "");
     EXPECT_TRUE(parse_fills("none").empty());
