@@ -164,10 +164,22 @@ std::string joined(const std::vector<std::string_view>& passes) {
     return list;
 }
 
-/// Of a chain, what fills without any depth from anything but the picture itself: its last pass or nothing.
-std::string pass_without_depth(const std::string& chain) {
-    const std::vector<const FillStage*> stages = parse_fills(chain);
-    return !stages.empty() && stages.back()->invents ? std::string(stages.back()->name) : "none";
+/// What lies around a window is no gap: this pass is never left out to save time.
+constexpr std::string_view around_windows = "base";
+
+/// Of a chain, what fills without any depth: what lies around a window, and its last pass if that invents.
+std::vector<std::string_view> passes_without_depth(const PlanInputs& inputs) {
+    std::vector<std::string_view> passes;
+    const std::vector<const FillStage*> stages = parse_fills(inputs.fill);
+    for (const FillStage* stage : stages)
+        if ((stage->name == around_windows && std::ranges::count(inputs.idle_passes, stage->name) == 0) ||
+            (stage == stages.back() && stage->invents))
+            passes.push_back(stage->name);
+    return passes;
+}
+
+std::string joined_or_none(const std::vector<std::string_view>& passes) {
+    return passes.empty() ? "none" : joined(passes);
 }
 
 }  // namespace
@@ -190,12 +202,15 @@ std::vector<std::string> shorter_chains(const std::string& chain, const std::vec
     const std::string_view last = passes.back();
     passes.pop_back();
     std::erase_if(passes, [&](std::string_view pass) { return std::ranges::count(idle_passes, pass) > 0; });
+    const bool has_window = std::erase(passes, around_windows) > 0;
     const auto worth = [](std::string_view pass) { return find_fill(pass).left_out; };
     while (!passes.empty()) {
         passes.erase(std::ranges::min_element(passes, {}, worth));
-        passes.push_back(last);
-        chains.push_back(joined(passes));
-        passes.pop_back();
+        std::vector<std::string_view> shorter = passes;
+        if (has_window)
+            shorter.push_back(around_windows);
+        shorter.push_back(last);
+        chains.push_back(joined(shorter));
     }
     return chains;
 }
@@ -222,12 +237,14 @@ std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
         for (const std::string& depth : depths)
             for (const std::string& fill : part)
                 add("splat", depth, fill);
-    const std::string alone = pass_without_depth(inputs.fill);
+    std::vector<std::string_view> without_depth = passes_without_depth(inputs);
+    const std::string alone = joined_or_none(without_depth);
     if (inputs.poses)
         add("proxy-sphere", "none", alone);
     add("rotation", "none", alone);
-    if (alone != "none")
-        add("rotation", "none", "none");
+    std::erase_if(without_depth, [](std::string_view pass) { return pass != around_windows; });
+    if (const std::string least = joined_or_none(without_depth); least != alone)
+        add("rotation", "none", least);
     return plans;
 }
 

@@ -51,7 +51,7 @@ typedef struct es_client_settings {
     const char* scene;
     /* As in `equistream play`, where the guide explains each. NULL: what suits the source best. */
     const char* engine;  /* rotation, mesh, eye-depth, ... */
-    const char* fill;    /* passes that fill gaps, in order: "hidden,patches,earlier,pushpull"; "none" */
+    const char* fill;    /* passes that fill gaps, in order: "hidden,patches,earlier,base,pushpull"; "none" */
     const char* mirrors; /* images, gaps or surface */
     int32_t confidence;  /* non-zero: how far each pixel can be trusted is estimated */
     int32_t paused;      /* non-zero: begins with a still picture */

@@ -156,6 +156,27 @@ class Embree(Live):
         changes = np.mean(np.abs(np.diff(pictures, axis=0)), axis=(1, 2))
         self.assertLess(np.mean(changes[-3:]), 0.4 * np.max(changes))  # a tenth, but for what moves and the codec
 
+    def test_a_window_goes_where_the_viewer_looks(self):
+        server = self.serve("--window", "90x60", "--density", 512)
+        viewer = Viewer(server)
+        for yaw in (0.0, -1.5):
+            viewer.send(pose_message(self.begin, turned(yaw)))
+            viewer.wait_for_more(6)
+        server.end()
+        viewer.wait_for_end()
+        received = self.received(viewer)
+        self.assertTrue(received.whole, received.truncation)
+        self.assertEqual(list(received.tracks), ["main", "depth", "window", "window-depth"])
+        windows = [frame["camera"]["longitudes_rad"] for frame in received.tracks["window"]["frames"]]
+        middles = [sum(ends) / 2 for ends in windows]
+        self.assertEqual(len(windows), len(received.frames))
+        # Positive longitudes lie to the right. A window stays until the gaze has left its middle by an eighth of its width, and lies on blocks of 16 pixels.
+        slack_rad = math.radians(90) / 8 + 2 * math.pi * 16 / 512
+        self.assertAlmostEqual(middles[4], 0, delta=slack_rad)
+        self.assertAlmostEqual(middles[-1], 1.5, delta=slack_rad)
+        for first, last in windows:
+            self.assertGreaterEqual(last - first, math.radians(90) - 1e-9)
+
     def test_what_is_no_pose_changes_nothing(self):
         server = self.serve("--json")
         viewer = Viewer(server)

@@ -4,12 +4,15 @@ usage: playback_test.py BIN_DIR
 """
 
 import json
+import math
 import pathlib
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+
+from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from independent import *
@@ -212,6 +215,56 @@ class Playback(unittest.TestCase):
         ways = [(plan["method"], plan["fill"]) for plan in choice["tried"] + choice["passed_over"]]
         self.assertEqual(sorted(ways), [("proxy-sphere", "pushpull"), ("rotation", "none"), ("rotation", "pushpull")])
         self.assertEqual(ways[0], ("proxy-sphere", "pushpull"))
+
+    # -- a window within a sphere
+
+    def window(self, *words):
+        folder = self.root / "window"
+        if not folder.exists():
+            PROGRAMS.run("render", self.scene, "--frames", "0-2", "--size", "128x64", "--window", "gaze,120x90", "--density", 512, "--spp", 4, "--aovs", "depth", "--out", folder)
+        return folder
+
+    def test_a_window_shows_what_its_whole_sphere_does(self):
+        whole = self.root / "dense"
+        PROGRAMS.run("render", self.scene, "--frames", "0-2", "--size", "512x256", "--spp", 4, "--aovs", "depth", "--out", whole)
+        for method, depth in (("mesh", ["--depth", "exact"]), ("rotation", [])):
+            with self.subTest(method):
+                report = self.play(self.window(), "--method", method, *depth, out="window")
+                self.play(whole, "--method", method, *depth, out="whole")
+                for eye in ("left", "right"):
+                    self.assertLess(report["eyes"][eye]["gap_fraction"], 0.02)
+                    found, wanted = (np.asarray(Image.open(self.out / name / eye / "frame.0001.png"), float)[8:-8, 8:-8] for name in ("window", "whole"))
+                    self.assertLess(np.mean(np.abs(found - wanted) > 2), 0.02)
+
+    def test_around_a_window_is_its_base(self):
+        """A head turned by half of what the window covers."""
+        head = self.root / "turned.csv"
+        first = json.loads(PROGRAMS.run("info", "--json", self.window() / "centre/frame.0000.exr"))["frame"]["head"]
+        w, x, y, z = first["orientation_wxyz"]
+        c, s = math.cos(-math.pi / 6), math.sin(-math.pi / 6)
+        turn = (w * c - y * s, x * c - z * s, y * c + w * s, z * c + x * s)  # about the head's own up
+        rows = [",".join(map(repr, map(float, (time_s, *first["position_m"], *turn)))) for time_s in (0, 9)]
+        head.write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "\n".join(rows) + "\n")
+        base = self.root / "base"
+        base.mkdir(exist_ok=True)
+        if not (base / "centre").exists():
+            (base / "centre").symlink_to(self.window() / "centre")
+        stream = self.out / "window.mkv"
+        said = json.loads(PROGRAMS.run("encode", self.window(), "--out", stream, "--depth", "w10", "--crf", 8, "--preset", "ultrafast", "--progress", "none", "--json"))
+        self.assertEqual([track["name"] for track in said["tracks"]], ["main", "depth", "window", "window-depth"])
+        for source, more in ((self.window(), ["--depth", "exact"]), (stream, [])):
+            report = self.play(source, "--method", "mesh", *more, "--head", head, "--frames", "0", out="window")
+            self.play(base, "--method", "mesh", "--depth", "exact", "--head", head, "--frames", "0", out="base")
+            for eye in ("left", "right"):
+                self.assertGreater(report["eyes"][eye]["filled"]["base"], 0.2 * report["eyes"][eye]["pixels"])
+                self.assertEqual(report["eyes"][eye]["gap_fraction_after"]["pushpull"], 0)
+                found, wanted = (np.asarray(Image.open(self.out / name / eye / "frame.0000.png"), float)[:, 70:] for name in ("window", "base"))
+                self.assertLess(np.mean(np.abs(found - wanted) > 12), 0.03, "what lies well beyond the window is the base's alone")
+
+    def test_short_of_time_a_window_keeps_its_base(self):
+        choice = self.auto(self.window(), 1e-3)["choice"]
+        for plan in choice["tried"] + choice["passed_over"]:
+            self.assertIn("base", plan["fill"])
 
     # -- mirrors and glass
 

@@ -55,6 +55,18 @@ TEST(Plans, AreAsManyAsDecision15Says) {
     EXPECT_EQ(plans_by_accuracy(inputs).size(), 8u);
 }
 
+TEST(Plans, ShowWhatLiesAroundAWindowHoweverLittleTimeThereIs) {
+    PlanInputs inputs{.streamed_depth = true, .fill = default_fill};
+    for (const Plan& plan : plans_by_accuracy(inputs))
+        EXPECT_NE(plan.fill.find("base"), std::string::npos) << plan.words();
+    EXPECT_EQ(plans_by_accuracy(inputs).back().words(), "rotation, depth none, fill base");
+    inputs.idle_passes = {"base"};
+    const std::vector<Plan> without_window = plans_by_accuracy(inputs);
+    for (const Plan& plan : without_window)
+        EXPECT_TRUE(plan.fill == default_fill || plan.fill.find("base") == std::string::npos) << plan.words();
+    EXPECT_EQ(without_window.back().words(), "rotation, depth none, fill none");
+}
+
 /// Depth that OpenGL draws takes the place of rays, and leaves the stream's own depth undecoded as they do.
 TEST(Plans, CastDepthAsTheyAreTold) {
     for (const std::string depth : {"ray", "gl", "gl-cube"}) {
