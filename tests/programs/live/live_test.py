@@ -4,6 +4,7 @@ usage: live_test.py BIN_DIR [test ...]
 """
 
 import json
+import math
 import pathlib
 import shutil
 import signal
