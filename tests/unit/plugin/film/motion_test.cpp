@@ -169,18 +169,18 @@ TEST(Sampling, pixels_are_uniform_and_independent) {
 
 TEST(Sampling, by_angle_tiles_send_as_much_to_an_eye_for_under_two_thirds_of_the_samples) {
     for (const std::uint32_t spp : {4u, 16u, 64u}) {
-        const EquirectCamera sphere{1920, 960, {}};
-        const int side = 32, across = sphere.width / side;
-        const std::vector<std::uint32_t> samples = samples_by_angle(sphere, side, spp);
-        ASSERT_EQ(samples.size(), std::size_t(across * sphere.height / side));
+        const EquirectCamera whole{1920, 960, {}};
+        const int side = 32, across = whole.width / side;
+        const std::vector<std::uint32_t> samples = samples_by_angle(whole, side, spp);
+        ASSERT_EQ(samples.size(), std::size_t(across * whole.height / side));
         double all = 0;
-        for (int row = 0; row < sphere.height / side; ++row) {
+        for (int row = 0; row < whole.height / side; ++row) {
             double in_row = 0, steradians = 0;
             for (int tile = 0; tile < across; ++tile)
                 in_row += samples[std::size_t(row * across + tile)];
             for (int y = row * side; y < (row + 1) * side; ++y)
-                steradians += equirect_pixel_solid_angle(y, sphere.width, sphere.height, sphere.range);
-            const double on_the_equator = side * std::pow(2 * pi / sphere.width, 2);
+                steradians += equirect_pixel_solid_angle(y, whole.width, whole.height, whole.range);
+            const double on_the_equator = side * std::pow(2 * pi / whole.width, 2);
             // Beside the poles one sample is the least there is.
             const double wanted = std::max(1.0, spp * steradians / on_the_equator);
             EXPECT_NEAR(in_row / across, wanted, 1.0 / across + 1e-3 * spp) << "row " << row;
