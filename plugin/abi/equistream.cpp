@@ -6,6 +6,7 @@
 #include <equistream/bound.h>
 #include <equistream/camera_limits.h>
 #include <equistream/text.h>
+#include <plugin/film/sampling.h>
 
 #include <cstring>
 

@@ -87,20 +87,6 @@ void fill_from(const Level& coarse, Level& fine, bool closes) {
 
 }  // namespace
 
-std::vector<std::uint32_t> samples_by_angle(const EquirectCamera& camera, int tile_side, std::uint32_t spp) {
-    const auto& range = camera.range;
-    const double row_rad = range.latitude_span() / camera.height;
-    std::vector<std::uint32_t> samples;
-    for (int y = 0; y < camera.height; y += tile_side) {
-        const double top = range.latitude_max - y * row_rad;
-        const double bottom = range.latitude_max - std::min(y + tile_side, camera.height) * row_rad;
-        const double mean = std::max(1.0, spp * (std::sin(top) - std::sin(bottom)) / (top - bottom));
-        for (int x = 0, tile = 0; x < camera.width; x += tile_side, ++tile)
-            samples.push_back(static_cast<std::uint32_t>(std::floor((tile + 1) * mean) - std::floor(tile * mean)));
-    }
-    return samples;
-}
-
 Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings)
     : closes_(columns_close(info.camera) && !info.patches), width_(picture_width(info)), height_(picture_height(info)),
       tile_side_(settings.tile_side), tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),

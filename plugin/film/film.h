@@ -42,10 +42,6 @@ inline std::size_t tile_count(const FrameInfo& info, int tile_side) {
     return along(picture_width(info)) * along(picture_height(info));
 }
 
-/// Colour passes by tile in proportion to the solid angle of its pixels: `spp` on the equator, one at least. Tiles of a
-/// row differ by one at most, and have the row's mean together.
-std::vector<std::uint32_t> samples_by_angle(const EquirectCamera& camera, int tile_side, std::uint32_t spp);
-
 /// Which pixels of a tile answers are of, row by row: those listed, or all.
 struct TilePixels {
     const es_tile& tile;

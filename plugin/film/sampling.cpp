@@ -1,5 +1,8 @@
 #include "sampling.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace equistream {
 namespace {
 
@@ -32,6 +35,20 @@ SubpixelOffset subpixel_offset(std::uint64_t key, std::uint32_t pixel, std::uint
     const std::uint32_t second =
         scrambled_reversed(reverse_bits(sobol_second(sample)), static_cast<std::uint32_t>(seed >> 32));
     return {unit_float(reverse_bits(first)), unit_float(reverse_bits(second))};
+}
+
+std::vector<std::uint32_t> samples_by_angle(const EquirectCamera& camera, int tile_side, std::uint32_t spp) {
+    const auto& range = camera.range;
+    const double row_rad = range.latitude_span() / camera.height;
+    std::vector<std::uint32_t> samples;
+    for (int y = 0; y < camera.height; y += tile_side) {
+        const double top = range.latitude_max - y * row_rad;
+        const double bottom = range.latitude_max - std::min(y + tile_side, camera.height) * row_rad;
+        const double mean = std::max(1.0, spp * (std::sin(top) - std::sin(bottom)) / (top - bottom));
+        for (int x = 0, tile = 0; x < camera.width; x += tile_side, ++tile)
+            samples.push_back(static_cast<std::uint32_t>(std::floor((tile + 1) * mean) - std::floor(tile * mean)));
+    }
+    return samples;
 }
 
 }  // namespace equistream

@@ -1,7 +1,10 @@
 #pragma once
 /// Where colour samples lie within a pixel, and the seeds of rays. Pure functions of (seed, frame, pixel, sample), so
 /// an image does not depend on the number of threads or on the order of tiles.
+#include <equistream/camera.h>
+
 #include <cstdint>
+#include <vector>
 
 namespace equistream {
 
@@ -48,5 +51,9 @@ struct SubpixelOffset {
 /// hashing: Laine and Karras 2011, Burley 2020). Any 2^k first samples fall one into each of the 2^k cells of every
 /// elementary partition (4 x 4 as well as 16 x 1); pixels are independent of each other.
 SubpixelOffset subpixel_offset(std::uint64_t key, std::uint32_t pixel, std::uint32_t sample);
+
+/// Colour passes by tile in proportion to the solid angle of its pixels: `spp` on the equator, one at least. Tiles of a
+/// row differ by one at most, and have the row's mean together.
+std::vector<std::uint32_t> samples_by_angle(const EquirectCamera& camera, int tile_side, std::uint32_t spp);
 
 }  // namespace equistream

@@ -1,5 +1,4 @@
 // Motion against closed forms: seam, poles, rotation, and points behind a perspective camera.
-#include <plugin/film/film.h>
 #include <plugin/film/motion.h>
 #include <plugin/film/sampling.h>
 
