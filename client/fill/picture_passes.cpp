@@ -341,7 +341,8 @@ std::int64_t BasePass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps)
     if (inputs_.base == nullptr || inputs_.main == nullptr)
         return 0;
     const std::int64_t filled = gaps.empty() ? 0 : fill_by_any(*inputs_.base, PixelOrigin::base, eye, picture, gaps);
-    mix_along_border(WindowBorder(*inputs_.main, eye, picture), eye, picture);
+    if (std::holds_alternative<EquirectCamera>(inputs_.main->camera))
+        mix_along_border(WindowBorder(*inputs_.main, eye, picture), eye, picture);
     return filled;
 }
 

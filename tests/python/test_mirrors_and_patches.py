@@ -127,6 +127,18 @@ def test_a_frame_brings_its_mirrors_too(frames):
     assert by_frame.mirrors == by_feed.mirrors and by_frame.mirrors["by_image"] > 0
 
 
+def test_a_frame_brings_the_base_around_its_window(pavilion, run, tmp_path):
+    """The head looks away from the window's middle: what it sees beyond is the base's."""
+    run("render", pavilion / "pavilion.json", "--frames", "40", "--spp", 2, "--size", "128x64", "--window", "0,0,80x60", "--density", 512, "--aovs", "depth", "--out", tmp_path / "frames")
+    run("play", tmp_path / "frames", "--depth", "exact", "--method", "mesh", *VIEW, "--out", tmp_path / "played")
+    frame = next(es.open_feed(tmp_path / "frames", depth=True))
+    assert frame.base is not None and frame.base.info.camera == es.EquirectCamera(128, 64) and frame.main.info.camera.width < 512
+    for eye, pose in eye_poses(frame.main.info).items():
+        view = es.Reprojector("mesh")(frame, CAMERA, pose)
+        assert view.filled["base"] > 100 and (view.origin == es.reprojection.ORIGINS.index("base")).sum() == view.filled["base"]
+        np.testing.assert_array_equal(view.rgb, played(tmp_path / "played", eye, frame.main.info))
+
+
 def without_depth_of_patches(frame):
     """As a stream brings it; returns what knows that depth."""
     frame.patches = es.FeedPicture(frame.patches.info, frame.patches.rgb)

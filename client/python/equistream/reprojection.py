@@ -32,7 +32,7 @@ DEFAULT_FILL: str = _core.DEFAULT_FILL
 MIRRORS: tuple[str, ...] = _core.MIRRORS
 """What Reprojector can do with mirrors and glass."""
 
-ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
+ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull", "base")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
 
 RISKS: tuple[str, ...] = tuple(_core.RISKS)
@@ -195,7 +195,7 @@ class Reprojector:
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
         used, for exactly the views they belong to. `small` is a second picture for the passes that start with that name (a FeedFrame brings its own, and
-        its second layer and patches). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
+        its second layer, patches and the base around a window). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
@@ -212,8 +212,9 @@ class Reprojector:
             small = frame.small
         main = _view(frame.main if frame is not None else source, "source")
         second = None if small is None else _view(small, "small")
+        base = None if frame is None or frame.base is None else _view(frame.base, "base")
         own = ExactDepth((v.info.camera, v.info.camera_pose, v.depth_m)
-                         for v in (main, second, *(frame.depth_views if frame is not None else ())) if v is not None)
+                         for v in (main, base, second, *(frame.depth_views if frame is not None else ())) if v is not None)
         knower = depth if depth is not None else own
 
         def depth_of(view: _View, where: str, needed: bool) -> Optional[NDArray[np.float32]]:
@@ -228,13 +229,15 @@ class Reprojector:
         eye_depth = cast(knower, camera, pose, "the eye's depth") if needs.eye else None
         if needs.source or (by_depth and not needs):
             main.depth_m = depth_of(main, "the source's depth", needs.source)
+        if base is not None and by_depth:
+            base.depth_m = depth_of(base, "the base's depth", False)
         if second is not None and by_depth and self._core.fill_wants_depth():
             second.depth_m = depth_of(second, "the small view's depth", False)
         patches = None
         if frame is not None and frame.patches is not None and "patches" in passes:
             patches = _patches(frame.patches, depth if by_depth else None, main.info.box_radius_m)
         fill_from = _core.FillFrom(
-            None if second is None else second.core(by_depth),
+            None if base is None else base.core(by_depth), None if second is None else second.core(by_depth),
             None if frame is None or frame.hidden is None else _layer(frame.hidden), patches,
             [_view(picture, "earlier").core(True) for picture in earlier])
         if depth_tolerance_w is None:

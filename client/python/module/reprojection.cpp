@@ -82,7 +82,7 @@ struct Patches {
 
 /// What gaps may be filled from.
 struct FillFrom {
-    std::optional<Source> small, hidden;
+    std::optional<Source> base, small, hidden;
     std::optional<Patches> patches;
     std::vector<Source> earlier;
 };
@@ -90,7 +90,7 @@ struct FillFrom {
 /// The same as fill passes take it.
 struct FillViews {
     SourceView main;
-    std::optional<SourceView> small, hidden;
+    std::optional<SourceView> base, small, hidden;
     std::optional<PatchesView> patches;
     std::vector<SourceView> earlier;
 
@@ -99,6 +99,7 @@ struct FillViews {
             if (other)
                 view = other->view();
         };
+        see(from.base, base);
         see(from.small, small);
         see(from.hidden, hidden);
         see(from.patches, patches);
@@ -109,6 +110,7 @@ struct FillViews {
         const auto address = [](const auto& view) { return view ? &*view : nullptr; };
         return {.main = &main,
                 .small = address(small),
+                .base = address(base),
                 .earlier = earlier,
                 .hidden = address(hidden),
                 .patches = address(patches),
@@ -254,8 +256,10 @@ void bind_reprojection(nb::module_& m) {
             },
             nb::arg("colours"), nb::arg("depth_m"), nb::arg("info"), nb::arg("box_radius_m"));
     nb::class_<FillFrom>(m, "FillFrom", "What gaps may be filled from.")
-        .def(nb::init<std::optional<Source>, std::optional<Source>, std::optional<Patches>, std::vector<Source>>(),
-             nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
+        .def(nb::init<std::optional<Source>, std::optional<Source>, std::optional<Source>, std::optional<Patches>,
+                      std::vector<Source>>(),
+             nb::arg("base").none(), nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(),
+             nb::arg("earlier"));
     nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
         .def(
             "__init__",
