@@ -252,14 +252,19 @@ class Playback(unittest.TestCase):
         stream = self.out / "window.mkv"
         said = json.loads(PROGRAMS.run("encode", self.window(), "--out", stream, "--depth", "w10", "--crf", 8, "--preset", "ultrafast", "--progress", "none", "--json"))
         self.assertEqual([track["name"] for track in said["tracks"]], ["main", "depth", "window", "window-depth"])
-        for source, more in ((self.window(), ["--depth", "exact"]), (stream, [])):
-            report = self.play(source, "--method", "mesh", *more, "--head", head, "--frames", "0", out="window")
-            self.play(base, "--method", "mesh", "--depth", "exact", "--head", head, "--frames", "0", out="base")
+        for source in (self.window(), stream):
+            words = ["--scene", self.scene, "--head", head, "--frames", "0"]
+            report = self.play(source, *words, out="window")
+            self.play(base, *words, out="base")
             for eye in ("left", "right"):
                 self.assertGreater(report["eyes"][eye]["filled"]["base"], 0.2 * report["eyes"][eye]["pixels"])
                 self.assertEqual(report["eyes"][eye]["gap_fraction_after"]["pushpull"], 0)
                 found, wanted = (np.asarray(Image.open(self.out / name / eye / "frame.0000.png"), float)[:, 70:] for name in ("window", "base"))
-                self.assertLess(np.mean(np.abs(found - wanted) > 12), 0.03, "what lies well beyond the window is the base's alone")
+                off = np.abs(found - wanted)
+                if source == stream:
+                    self.assertLess(np.mean(off), 10, "what coding takes from noise")
+                else:
+                    self.assertLess(np.mean(off > 12), 0.03, "what lies well beyond the window is the base's alone")
 
     def test_short_of_time_a_window_keeps_its_base(self):
         choice = self.auto(self.window(), 1e-3)["choice"]
