@@ -4,13 +4,13 @@
 ///
 /// `hidden`    the source's second layer: what lies behind the first surface along the same rays.
 /// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
-/// `base`      the coarse sphere around a window: all that lies beyond the window's border, across which both are
-/// mixed,
-///             so that no border is seen.
-/// `earlier`   earlier main pictures, windows that the gaze has left among them. A sample counts only where its surface
-///             is still the same by depth agreement: what moved since is refused. So is an earlier window where the
-///             base has another colour by now. (Streams carry no motion, so nothing is carried along with an object,
-///             and what slides within its own surface, a shadow or a picture on a screen, is not noticed.)
+/// `base`      the coarse sphere around a window: all that lies beyond the window's border. Along the border both are
+///             mixed, so that it is not seen.
+/// `earlier`   earlier main pictures; on the processor windows that the gaze has left, too. A sample counts only where
+///             its surface is still the same by depth agreement: what moved since is refused. So is a window that the
+///             gaze has left where the base has another colour by now. (Streams carry no motion, so nothing is carried
+///             along with an object, and what slides within its own surface, a shadow or a picture on a screen, is not
+///             noticed.)
 /// `small`     the small second-eye view. Exact in position for the eye it was rendered from; the other eye gets what
 ///             that eye sees too.
 /// `small-wide` the same, but only in gaps that hold a square half as wide as one of its pixels.
@@ -58,7 +58,8 @@ struct FillInputs {
     const SourceView* small = nullptr;
     const SourceView* base = nullptr;       ///< the sphere around main, where that is a window
     std::span<const SourceView> earlier{};  ///< main pictures of frames before, newest first, with depth
-    /// The spheres around them, where they were windows: by these it shows where light has changed. Empty, or as many.
+    /// The spheres around windows that the gaze has left: by these it shows where light has changed. Empty, or as many,
+    /// without colours for the others.
     std::span<const SourceView> earlier_bases{};
     const SourceView* hidden = nullptr;  ///< camera and pose of main; depth_m NaN where there is no second surface
     const PatchesView* patches = nullptr;

@@ -118,10 +118,16 @@ private:
             : view_(view), lookup_(view.camera), rays_(eye.camera, eye.pose, view.pose) {}
 
         glm::vec3 colour(int x, int y, float inverse) const {
-            const Taps taps = lookup_.taps(lookup_.project(rays_.direction(x, y) + rays_.eye() * inverse));
+            // Over a few samples, for they are noisy where light is not denoised.
+            const PixelPosition middle = lookup_.project(rays_.direction(x, y) + rays_.eye() * inverse);
             glm::vec3 sum(0);
-            for (int k = 0; k < 4; ++k)
-                sum += taps.weight[k] * sample_colour(view_.rgb, view_.yuv, taps.x[k], taps.y[k]);
+            for (const float v : {-1.0f, 1.0f})
+                for (const float u : {-1.0f, 1.0f}) {
+                    const float row = std::clamp(middle.v + v, 0.0f, float(lookup_.grid().height));
+                    const Taps taps = lookup_.taps({middle.u + u, row});
+                    for (int k = 0; k < 4; ++k)
+                        sum += 0.25f * taps.weight[k] * sample_colour(view_.rgb, view_.yuv, taps.x[k], taps.y[k]);
+                }
             return sum;
         }
 

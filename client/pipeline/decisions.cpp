@@ -18,8 +18,12 @@ TrackRoles unneeded_roles(const PipelineChoice& choice) {
         looks_points_up = looks_points_up || stage->make()->wants_depth();
     }
     // All others are looked up by the eye's depth, mirrors too.
+    // Without the pass for what lies around it a window would be all that is seen: the sphere is then shown alone.
+    const bool with_window = needed[std::size_t(TrackRole::window)];
+    need(TrackRole::main, true);
     for (const TrackRole colour : {TrackRole::main, TrackRole::window}) {
-        need(colour, true);
+        if (colour == TrackRole::window && !with_window)
+            continue;
         need(*depth_role_of(colour), with_depth && !is_cast(choice.depth));
         need(*reflections_role_of(colour), with_depth && (choice.mirrors || looks_points_up));
     }

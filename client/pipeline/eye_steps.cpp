@@ -106,11 +106,11 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     earlier_bases_.clear();
     for (const Earlier& earlier : earlier_)
         if (counts_as_earlier(earlier.picture->info.time_s, frame.main.info.time_s))
-            show_earlier(earlier);
+            show_earlier(earlier, nullptr);
     for (const Earlier& window : left_windows_)
         if (frame.base && counts_as_left(window.picture->info.time_s, frame.main.info.time_s) &&
             !mostly_overlap(window.picture->info, frame.main.info))
-            show_earlier(window);
+            show_earlier(window, window.base.get());
     if (geometry_)
         geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
@@ -125,9 +125,9 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
                               .geometry = geometry_});
 }
 
-void FrameFill::show_earlier(const Earlier& earlier) {
+void FrameFill::show_earlier(const Earlier& earlier, const ReceivedPicture* base) {
     earlier_views_.push_back(source_view(*earlier.picture, earlier.depth_m));
-    earlier_bases_.push_back(earlier.base ? source_view(*earlier.base, {}) : SourceView{});
+    earlier_bases_.push_back(base != nullptr ? source_view(*base, {}) : SourceView{});
 }
 
 void FrameFill::take_over(FrameFill& before) {
@@ -140,15 +140,19 @@ void FrameFill::take_over(FrameFill& before) {
     before.forget();
 }
 
-/// Windows half a window apart stay, the newest one of each place. Gives the memory of what does not.
+/// Windows half a window apart stay. One gives its place to another beside it that is as far right or so much newer
+/// that the gaze has come to rest there: a gaze that wanders leaves a trail. Gives the memory of what does not stay.
 FloatImage FrameFill::leave(Earlier earlier) {
+    const FrameInfo& left = earlier.picture->info;
+    std::erase_if(left_windows_,
+                  [&](const Earlier& other) { return !counts_as_left(other.picture->info.time_s, left.time_s); });
     if (!earlier.base)
         return std::move(earlier.depth_m);
-    const auto beside = std::ranges::find_if(left_windows_, [&](const Earlier& other) {
-        return mostly_overlap(other.picture->info, earlier.picture->info);
-    });
+    const auto beside = std::ranges::find_if(
+        left_windows_, [&](const Earlier& other) { return mostly_overlap(other.picture->info, left); });
     if (beside != left_windows_.end()) {
-        if (same_camera(beside->picture->info.camera, earlier.picture->info.camera))
+        const FrameInfo& there = beside->picture->info;
+        if (same_camera(there.camera, left.camera) || !counts_as_earlier(there.time_s, left.time_s))
             std::swap(*beside, earlier);
         return std::move(earlier.depth_m);
     }

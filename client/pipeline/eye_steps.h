@@ -94,7 +94,8 @@ private:
         std::shared_ptr<const ReceivedPicture> picture, base;
         FloatImage depth_m;
     };
-    void show_earlier(const Earlier& earlier);
+    /// `base`: by which it shows where light has changed since; null: nobody asks.
+    void show_earlier(const Earlier& earlier, const ReceivedPicture* base);
     FloatImage leave(Earlier earlier);
 
     FillChain chain_;

@@ -53,7 +53,7 @@ public:
         for (const char* view : {".", "centre", "left", "right"})
             if (wants_depth_of(view) && view != main_ && fs::exists(file(view, index)))
                 frame.depth_views.push_back(read(view, index, false));
-        if (fs::exists(file("window", index)))
+        if (wants(TrackRole::window) && fs::exists(file("window", index)))
             look_through_window(folder_.string(), read("window", index, true), frame);
         return frame;
     }

@@ -143,7 +143,7 @@ void Session::show(SharedFrame frame) {
 }
 
 void Session::count_shown() {
-    decode_ms_ += shown_->main.decode_ms;
+    decode_ms_ += shown_->main.decode_ms + (shown_->base ? shown_->base->decode_ms : 0);
     ++statistics_.frames_shown;
 }
 

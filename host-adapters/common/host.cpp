@@ -92,7 +92,7 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
     if (columns % (2 * window_block_px) != 0 || columns > max_image_side || columns <= o.size.width ||
         columns <= 2 * o.size.height)
         throw InputError(expected_found("--density",
-                                        "a multiple of 32 above those of --size, " +
+                                        "a multiple of 32 above the columns of --size, " +
                                             size_text(o.size.width, o.size.height) + ", up to " +
                                             std::to_string(max_image_side) + " columns of a sphere",
                                         std::to_string(columns)));

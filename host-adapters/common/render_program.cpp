@@ -22,6 +22,9 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     if (es_abi_version() != ES_ABI_VERSION)
         throw InputError(expected_found("libequistream", "ABI version " + std::to_string(ES_ABI_VERSION),
                                         std::to_string(es_abi_version())));
+    if (options.samples_by_angle && !host.fills_tiles())
+        throw InputError(
+            expected_found("--samples", "even: " + host.text().name + " renders whole pictures", "'angle'"));
     if (options.threads == 0)
         options.threads = std::max(1u, std::thread::hardware_concurrency());
     RenderReport report;

@@ -64,7 +64,7 @@ std::uint64_t SequenceRenderer::count_paths() {
     return paths;
 }
 
-/// All, but for those of a base's tiles that the window covers. Frames that are accumulated are sampled everywhere.
+/// All, but for a base's tiles that the window covers. Frames that are accumulated are sampled everywhere.
 std::uint64_t SequenceRenderer::sampled_pixels(const StreamSettings& stream, std::int64_t index) {
     std::uint64_t pixels = stream.pixels();
     if (!stream.is_base || !host_.fills_tiles() || job_.options.accumulate > 0)

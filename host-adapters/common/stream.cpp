@@ -270,17 +270,7 @@ PatchPlan FramePatches::plan(RenderHost& host, const FrameTask& task) {
     return plan;
 }
 
-namespace {
-
-/// How far the gaze may go from the window's middle: an eighth of its width, and so far that it does not tremble.
-int slack_px(const WindowGrid& grid) {
-    return std::max(grid.width / 8, window_block_px);
-}
-
-}  // namespace
-
-HeadsWindow::HeadsWindow(const RenderOptions& options)
-    : options_(options), follower_(options.window->grid, slack_px(options.window->grid)) {}
+HeadsWindow::HeadsWindow(const RenderOptions& options) : options_(options), follower_(options.window->grid) {}
 
 WindowPlace HeadsWindow::at(const Pose& head) {
     if (!options_.window->follows_gaze)

@@ -202,8 +202,9 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;
         DepthTrack track{role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
-        track.halved = may_be_halved(role) && asked.halved.value_or(false) &&
-                       can_be_halved(width_of(info.camera), height_of(info.camera));
+        track.halved =
+            may_be_halved(role) && asked.halved.value_or(false) &&
+            (source.role == sources.looked_at().role || can_be_halved(width_of(info.camera), height_of(info.camera)));
         track.focal_length_px = focal_length_px;
         if (!(track.box_radius_m > 0))
             throw InputError(expected_found(source.folder.string(),

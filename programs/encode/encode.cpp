@@ -80,6 +80,8 @@ EncodeRequest request_of(const Options& options) {
     request.sources = find_sources(sources);
     request.depth = depth_request_of(options);
     request.motion = options.motion == "auto";
+    cli::require(!request.motion || request.sources.looked_at().role == TrackRole::main, "--motion",
+                 "none where a window was rendered: what moves is said of whole spheres", "auto");
     check_crf("--fill-crf", request.fill_crf);
     return request;
 }

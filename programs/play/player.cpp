@@ -39,7 +39,7 @@ struct Incoming {
 /// A frame that is shown again was not decoded again.
 void forget_decoding(ReceivedFrame& frame) {
     frame.main.decode_ms = frame.main.convert_ms = 0;
-    for (auto* other : {&frame.small, &frame.hidden, &frame.patches})
+    for (auto* other : {&frame.base, &frame.small, &frame.hidden, &frame.patches})
         if (*other)
             (*other)->decode_ms = (*other)->convert_ms = 0;
 }

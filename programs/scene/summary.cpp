@@ -145,8 +145,10 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     out.box_radius_m = head_box_radius_centre(scene.head_radius_m, default_ipd_m);
     out.sphere_width = matching_sphere_width(default_focal_length_px);
     const double margin_deg = 2 * out.fastest_turn_deg_s * window_delay_s;
-    out.window_width_deg = std::min(90 + margin_deg, 359.0);
-    out.window_height_deg = std::min(2 * glm::degrees(std::atan(9.0 / 16)) + margin_deg, 180.0);
+    // The gaze may be an eighth of each side from the middle before a window follows it (window.h).
+    const double with_slack = 1 / 0.75;
+    out.window_width_deg = std::min(with_slack * (90 + margin_deg), 359.0);
+    out.window_height_deg = std::min(with_slack * (2 * glm::degrees(std::atan(9.0 / 16)) + margin_deg), 180.0);
     const double w = bounded_inverse_depth(out.nearest_m, out.box_radius_m);
     out.depth_levels = std::ceil(w / (2 * error_budget_rad(default_focal_length_px)));
     return out;

@@ -8,7 +8,7 @@
 
 namespace equistream {
 
-/// What a live server of a few spheres a second is late by (docs/guide/serve.md).
+/// What a live server of a few spheres a second is late by.
 inline constexpr double window_delay_s = 0.25;
 
 struct SceneSummary {

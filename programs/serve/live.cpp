@@ -305,6 +305,8 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     coding.crf = settings.coding.crf;
     coding.preset = settings.coding.preset;
     check_coding(coding, "--");
+    cli::require(options.window.empty() || options.accumulate == 0, "--accumulate", "0 with --window, which moves",
+                 std::to_string(options.accumulate));
     settings.program = cli::host_program(options.host, cli::own_folder()).string();
     settings.arguments = {scene,        "--follow",   "--out",     (folder / "frames").string(),
                           "--size",     options.size, "--aovs",    settings.coding.depth ? "depth" : "none",

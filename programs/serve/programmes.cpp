@@ -122,7 +122,12 @@ public:
             return;
         ++stream_.poses_heard_;
         head_ = pose->head;
-        turning_.seen(seconds_since(start_), pose->head);
+        // Poses that came in one burst were not that near to each other.
+        const double now_s = seconds_since(start_);
+        if (!seen_s_ || now_s - *seen_s_ >= least_interval_s) {
+            turning_.seen(now_s, pose->head);
+            seen_s_ = now_s;
+        }
         stream_.changed_();
     }
 
@@ -146,7 +151,10 @@ public:
     bool has_head() const { return head_.has_value(); }
     /// Where it was last, turned as it will be so long from now.
     Pose head(double ahead_s) const {
-        return {head_->position_m, turning_.predict(seconds_since(start_) + ahead_s).orientation};
+        const double now_s = seconds_since(start_);
+        if (now_s - *seen_s_ > longest_silence_s)
+            return *head_;
+        return {head_->position_m, turning_.predict(now_s + ahead_s).orientation};
     }
 
 private:
@@ -176,6 +184,9 @@ private:
     ViewerMessageReader messages_;
     std::optional<Pose> head_;
     HeadPredictor turning_;
+    std::optional<double> seen_s_;  // when it was told a pose last
+
+    static constexpr double least_interval_s = 0.01, longest_silence_s = 0.2;
 };
 
 std::unique_ptr<Feed> LiveStream::open_feed() {

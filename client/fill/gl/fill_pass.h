@@ -21,7 +21,7 @@ public:
 
     /// All samples of a picture with depth.
     void draw_forward(const OtherPicture& from, const GapTargets& to);
-    /// Those of an earlier picture whose surface is still there: the main one, with depth and of whatever camera, does
+    /// Those of an earlier picture whose surface is still there: the main one, with depth and of any camera, does
     /// not look through it.
     void draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to);
     /// Of gaps, nothing: what was drawn forward into them from another picture is none of the next one's.

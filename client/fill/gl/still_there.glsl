@@ -1,4 +1,4 @@
-// Depth of an earlier picture's samples, NaN where its surface is not there any more: the main picture, of whatever
+// Depth of an earlier picture's samples, NaN where its surface is not there any more: the main picture, of any
 // camera, looks through it. As SeenThrough of picture_passes.cpp has it.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 

@@ -210,9 +210,11 @@ class Reprojector:
             raise InputError(f"small: expected a fill chain with a pass for it, {' or '.join(_core.SMALL_PASSES)}, found '{self.fill}'")
         if frame is not None and takes_small and small is None:
             small = frame.small
-        main = _view(frame.main if frame is not None else source, "source")
+        # Without the pass for what lies around a window, the sphere is shown alone.
+        around = frame.base if frame is not None else None
+        main = _view(source if frame is None else frame.main if around is None or "base" in passes else around, "source")
         second = None if small is None else _view(small, "small")
-        base = None if frame is None or frame.base is None else _view(frame.base, "base")
+        base = None if around is None or "base" not in passes else _view(around, "base")
         own = ExactDepth((v.info.camera, v.info.camera_pose, v.depth_m)
                          for v in (main, base, second, *(frame.depth_views if frame is not None else ())) if v is not None)
         knower = depth if depth is not None else own

@@ -1,5 +1,5 @@
 #pragma once
-/// A window: the part of a sphere that someone looks at, denser than the whole sphere around it (the base).
+/// A window: the part of a sphere that the eyes look at, denser than the whole sphere around it (the base).
 ///
 /// A window is a rectangle of pixels of a full sphere of `columns` x `rows`, the grid, which stays with the sphere's
 /// axes. It lies on whole blocks of the grid, so that a codec finds a still picture where only the gaze moves. It goes
@@ -124,14 +124,18 @@ inline WindowPlace window_around(const WindowGrid& grid, const glm::dvec3& gaze)
 /// the gaze. One gaze, one thread.
 class WindowFollower {
 public:
-    /// `slack_px`: how far the gaze may be from the window's middle, in pixels of the grid, along each axis.
-    WindowFollower(const WindowGrid& grid, int slack_px) : grid_(grid), slack_px_(slack_px) {}
+    explicit WindowFollower(const WindowGrid& grid) : grid_(grid) {}
+
+    /// How far the gaze may go from the window's middle along a side: an eighth of that, but a block at least, so that
+    /// the window does not tremble.
+    static int slack_px(int side) { return std::max(side / 8, window_block_px); }
 
     const WindowGrid& grid() const { return grid_; }
     /// `gaze`: where the eyes will look, in the sphere's axes.
     WindowPlace place(const glm::dvec3& gaze) {
         const WindowPlace wanted = window_around(grid_, gaze);
-        if (!place_ || distance(wanted.x, place_->x) > slack_px_ || std::abs(wanted.y - place_->y) > slack_px_)
+        if (!place_ || distance(wanted.x, place_->x) > slack_px(grid_.width) ||
+            std::abs(wanted.y - place_->y) > slack_px(grid_.height))
             place_ = wanted;
         return *place_;
     }
@@ -143,7 +147,6 @@ private:
     }
 
     WindowGrid grid_;
-    int slack_px_;
     std::optional<WindowPlace> place_;
 };
 
@@ -179,7 +182,7 @@ public:
     }
 
 private:
-    /// Along one axis, exactly: lengths are in pixels of the grid times those of the base.
+    /// Along one axis, exactly: lengths are in pixels of the grid times pixels of the base.
     struct Axis {
         Axis(int grid_pixels, int base_pixels, int corner, int size)
             : grid(grid_pixels), base(base_pixels), begin(corner * base), first((begin + grid - 1) / grid),

@@ -271,7 +271,7 @@ class Reports(Commands):
 class Windows(Commands):
     def test_those_that_cannot_be(self):
         size = "--window: expected a width above 0 and below 360 degrees, a height of at most 180, found "
-        density = "--density: expected a multiple of 32 above those of --size, 32x16, up to 32768 columns of a sphere, found "
+        density = "--density: expected a multiple of 32 above the columns of --size, 32x16, up to 32768 columns of a sphere, found "
         whole = "--window: expected one whole sphere, without what fills its gaps, found "
         gaze = ["--window", "gaze,60x45"]
         for words, line in [
@@ -292,7 +292,8 @@ class Windows(Commands):
             ([*gaze, "--layers"], whole + "--layers; leave one of the two out"),
             ([*gaze, "--patches"], whole + "--patches; leave one of the two out"),
             ([*gaze, "--accumulate", 4], "--accumulate: expected a window that stays, AZ,EL,WxH, found --window gaze,60x45"),
-            ([*gaze, "--follow"], "--follow: expected frames of one eye, as they are asked for, found --window"),
+            (["--samples", "angle", "--camera", "perspective"], "--samples angle: expected spheres of independent frames, found --camera perspective"),
+            (["--samples", "angle", "--accumulate", 4], "--samples angle: expected spheres of independent frames, found --accumulate"),
         ]:
             self.refused(["render", self.scene, "--size", "32x16", "--out", self.out / "w", *words], line)
         self.assertFalse((self.out / "w").exists())

@@ -66,7 +66,10 @@ TEST(Window, problems_are_named) {
 
 TEST(Window, follows_a_gaze_only_when_it_nears_the_border) {
     const WindowGrid grid = grids[0];
-    WindowFollower follower(grid, 40);
+    WindowFollower follower(grid);
+    EXPECT_EQ(WindowFollower::slack_px(grid.width), 40);
+    EXPECT_EQ(WindowFollower::slack_px(grid.height), 32);
+    EXPECT_EQ(WindowFollower::slack_px(48), 16);
     const auto at = [](double degrees) {
         return glm::dvec3(std::sin(degrees * pi / 180), 0, -std::cos(degrees * pi / 180));
     };

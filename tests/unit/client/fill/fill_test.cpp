@@ -341,6 +341,26 @@ TEST_F(TurnedBack, SeesTheBaseAfterTenSeconds) {
     EXPECT_GT(picture.count(PixelOrigin::base), 0.99 * 160 * 100);
 }
 
+TEST_F(TurnedBack, SeesWhereItRestedLastAfterAGlance) {
+    pass(frame(ahead_, 0));
+    for (int i = 1; i <= 14; ++i)  // beside it, for long
+        pass(frame({0.05, 0, -0.9987}, i));
+    for (int i = 0; i < 3; ++i)
+        pass(frame(aside_, 14.5 + 0.1 * i));
+    EXPECT_GT(look_ahead(frame(aside_, 15)).count(PixelOrigin::earlier), 0.95 * 160 * 100);
+}
+
+TEST_F(TurnedBack, ForgetsWhatWasBeforeAJumpBack) {
+    pass(frame(ahead_, 100));
+    for (int i = 1; i <= 4; ++i)
+        pass(frame(aside_, 100 + i));
+    for (int i = 0; i < 4; ++i)
+        pass(frame(ahead_, i));
+    for (int i = 0; i < 3; ++i)
+        pass(frame(aside_, 4 + 0.1 * i));
+    EXPECT_GT(look_ahead(frame(aside_, 5)).count(PixelOrigin::earlier), 0.95 * 160 * 100);
+}
+
 TEST_F(TurnedBack, KeepsNoMoreThanAFewWindows) {
     for (int i = 0; i < 12; ++i)
         pass(frame({std::sin(0.55 * i), 0, -std::cos(0.55 * i)}, 0.1 * i));

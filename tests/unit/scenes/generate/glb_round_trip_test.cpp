@@ -190,8 +190,8 @@ TEST(Summary, PathOfTheMotionRoom) {
     EXPECT_NEAR(room.path_duration_s, 1, 1e-12);
     EXPECT_NEAR(room.turn_deg, glm::degrees(0.6), 0.5);
     EXPECT_GE(room.fastest_turn_deg_s, room.turn_deg / room.path_duration_s - 1e-9);
-    EXPECT_NEAR(room.window_width_deg, 90 + 2 * room.fastest_turn_deg_s * window_delay_s, 1e-9);
-    EXPECT_NEAR(room.window_height_deg, 58.72 + 2 * room.fastest_turn_deg_s * window_delay_s, 0.01);
+    EXPECT_NEAR(0.75 * room.window_width_deg, 90 + 2 * room.fastest_turn_deg_s * window_delay_s, 1e-9);
+    EXPECT_NEAR(0.75 * room.window_height_deg, 58.72 + 2 * room.fastest_turn_deg_s * window_delay_s, 0.01);
     EXPECT_EQ(room.moving_objects, 2u);
 }
 
