@@ -124,7 +124,7 @@ public:
         head_ = pose->head;
         // Poses that came in one burst were not that near to each other.
         const double now_s = seconds_since(start_);
-        if (!seen_s_ || now_s - *seen_s_ >= least_interval_s) {
+        if (!seen_s_ || now_s - *seen_s_ >= shortest_pose_gap_s) {
             turning_.seen(now_s, pose->head);
             seen_s_ = now_s;
         }
@@ -152,7 +152,7 @@ public:
     /// Where it was last, turned as it will be so long from now.
     Pose head(double ahead_s) const {
         const double now_s = seconds_since(start_);
-        if (now_s - *seen_s_ > longest_silence_s)
+        if (now_s - *seen_s_ > longest_pose_gap_s)
             return *head_;
         return {head_->position_m, turning_.predict(now_s + ahead_s).orientation};
     }
@@ -186,7 +186,7 @@ private:
     HeadPredictor turning_;
     std::optional<double> seen_s_;  // when it was told a pose last
 
-    static constexpr double least_interval_s = 0.01, longest_silence_s = 0.2;
+    static constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
 };
 
 std::unique_ptr<Feed> LiveStream::open_feed() {

@@ -134,7 +134,8 @@ class Truths(unittest.TestCase):
 
     def test_scenes_may_ask_for_more_samples(self):
         self.assertEqual(PRESETS["small"].truth_samples_of("kitchen"), 64)
-        self.assertEqual(PRESETS["small"].truth_samples_of("voxel-city"), PRESETS["small"].eye_samples)
+        self.assertEqual(PRESETS["small"].truth_samples_of("voxel-city"), 32)
+        self.assertEqual(PRESETS["smoke"].truth_samples_of("pavilion"), PRESETS["smoke"].eye_samples)
 
 
 FOCAL_PX, IPD_M = 320, 0.063

@@ -120,7 +120,7 @@ TEST(DisplayLatency, IsAnAverageOfTheLast) {
 }
 
 TEST(HeadInWords, IsWhereItLooksAndWhereItIs) {
-    EXPECT_EQ(in_words({}), "yaw 0 pitch 0 deg, head 0 0 0 cm");
+    EXPECT_EQ(in_words(Pose{}), "yaw 0 pitch 0 deg, head 0 0 0 cm");
     const auto turned = [](double yaw_deg, double pitch_deg) {
         return glm::angleAxis(glm::radians(yaw_deg), glm::dvec3(0, 1, 0)) *
                glm::angleAxis(glm::radians(pitch_deg), glm::dvec3(1, 0, 0));

@@ -263,7 +263,7 @@ TEST(FrameInfoPayload, HostileValuesAreErrors) {
         EXPECT_THROW(decode_frame_info(payload), WorkError) << offset;
     };
     damaged_by(18, std::uint16_t{0xffff});                     // longer than what is there
-    damaged_by(20, std::uint8_t{9});                           // role
+    damaged_by(20, std::uint8_t{11});                          // role
     damaged_by(21, std::uint8_t{2});                           // camera kind
     damaged_by(22, std::uint8_t{3});                           // eye
     damaged_by(23, std::uint8_t{2});                           // lock
