@@ -118,7 +118,8 @@ typedef struct es_frame_settings {
     /* Of a whole equirect sphere, the base: a sequence of windows on a denser one, of the same eye and axes. It began
      * the frame of this index last, with the same poses, or keeps it; it ends it before this frame is ended. Pixels of
      * the base that the window covers entirely get the mean of its finished colours. Tiles that it covers entirely have
-     * no colour passes, unless frames are accumulated; planes "raw" and guides are not rendered there. NULL: none. */
+     * no colour passes, unless frames are accumulated; planes "raw" and guides are not rendered there. NULL: none.
+     * es_frame_begin reads that sequence: no other thread may begin a frame of it meanwhile. */
     const es_sequence* window;
 } es_frame_settings;
 
