@@ -151,6 +151,8 @@ public:
                    : !picture.depth_m.empty()  ? picture.depth_m.view()
                                                : ImageView<const float>{}) {}
 
+    /// Of what is seen: the eye's, or what the engine found; empty where nobody knows it.
+    ImageView<const float> depth_m() const { return depth_m_; }
     /// The window's share of a pixel's colour: 1 within, 0 on the border.
     float share(int x, int y) const {
         float inverse = 0;
@@ -359,9 +361,7 @@ void BasePass::mix_along_border(const WindowBorder& border, const EyeView& eye, 
     const Gaps all = pixels;
     std::unique_ptr<EyePicture> from_base = mixed_.acquire();
     from_base->reset(eye.camera);
-    // What is seen there is known: by the eye's depth, or by the depth that the engine found.
-    const EyeView known{eye.camera, eye.pose,
-                        eye.depth_m.data == nullptr && !picture.depth_m.empty() ? picture.depth_m.view() : eye.depth_m};
+    const EyeView known{eye.camera, eye.pose, border.depth_m()};
     fill_by_any(*inputs_.base, PixelOrigin::base, known, *from_base, pixels);
     for (const GapSpan& span : all.spans())
         for (int x = span.begin; x < span.end; ++x) {

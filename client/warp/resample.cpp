@@ -28,7 +28,7 @@ constexpr double max_interpolation_error = 1 / 32.0;
 std::int64_t resample(const SourceView& source, const EyeView& eye, const ResampleOptions& options, bool surface,
                       EyePicture& picture) {
     assert(fits(source));
-    const double sample_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source.camera);
+    const double sample_rad = pixel_angle_rad(source.camera);
     WarpJob job{.grid = source_grid(source.camera),
                 .source = source,
                 .eye = eye,

@@ -70,10 +70,6 @@ static_assert(sizeof(void*) != 8 ||
 static_assert(offsetof(es_sequence_settings, window_columns) % alignof(es_sequence_settings) == 0,
               "the field before it left bytes over in older hosts' structs, which may hold anything");
 
-}  // namespace equistream
-
-namespace equistream {
-
 /// A frame of a sequence of windows, as a base around it sees it.
 struct WindowFrame {
     FrameInfo info;

@@ -5,6 +5,7 @@
 #include <equistream/sequence.h>
 #include <equistream/text.h>
 #include <equistream/virtual_image.h>
+#include <equistream/window.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,12 +93,8 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
     }
 }
 
-/// The window than the base.
-double times_denser(const Sources& sources) {
-    const auto pixel_rad = [&](const SourceTrack& track) {
-        return pixel_angle_rad(read_exr_info(track.folder / frame_file_name(sources.frames.front())).camera);
-    };
-    return std::max(1.0, pixel_rad(sources.tracks.front()) / pixel_rad(sources.looked_at()));
+Camera first_camera(const SourceTrack& track, const Sources& sources) {
+    return read_exr_info(track.folder / frame_file_name(sources.frames.front())).camera;
 }
 
 /// The track of a picture's mirrors and glass, where it has some.
@@ -232,8 +229,10 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
     if (looked_at.role != TrackRole::main && main_has_some) {
         DepthRequest settled = request;
         settled.halved = plan.tracks.front().halved;
-        plan.tracks.push_back(
-            planned(sources.tracks.front(), default_focal_length_px / times_denser(sources), settled));
+        plan.tracks.push_back(planned(
+            sources.tracks.front(),
+            base_focal_length_px(first_camera(sources.tracks.front(), sources), first_camera(looked_at, sources)),
+            settled));
         plan.tracks.back().crf = plan.tracks.front().crf;
     }
     return plan;

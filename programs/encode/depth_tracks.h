@@ -35,8 +35,7 @@ struct DepthTrack {
     DepthCodeId code = DepthCodeId::w10;
     std::optional<double> crf;
     bool halved = false;  ///< half the columns and rows
-    /// Of the views that the error budget is for, pixels. A base's pixels are larger than a window's, and so is its
-    /// share of a view's sharpness: its depth may be as much coarser.
+    /// Of the views that the error budget is for, pixels; of a base: base_focal_length_px.
     double focal_length_px = default_focal_length_px;
     /// Of a hidden layer: main's frames, whose depth it gets where it holds nothing. Empty: it stays as it is.
     std::filesystem::path main_folder{};

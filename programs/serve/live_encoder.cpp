@@ -3,6 +3,7 @@
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
+#include <equistream/window.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -59,10 +60,9 @@ void LiveEncoder::open() {
         if (depth_code_)
             settings.tracks.push_back({*depth_role_of(part.role), width, height, depth_code_->id()});
     }
-    // A base's pixels are larger than its window's, and its depth may be as much coarser.
     if (parts_.size() > 1)
-        parts_.front().focal_length_px *= std::min(1.0, pixel_angle_rad(parts_.back().frame.info.camera) /
-                                                            pixel_angle_rad(parts_.front().frame.info.camera));
+        parts_.front().focal_length_px =
+            base_focal_length_px(parts_.front().frame.info.camera, parts_.back().frame.info.camera);
     const auto take = [this](std::span<const std::uint8_t> bytes) { taken_.append(bytes.begin(), bytes.end()); };
     const std::string target = coding_.out.empty() ? "live.mkv" : coding_.out;
     writer_ = std::make_unique<StreamWriter>(target, settings, StreamTap{take, coding_.out.empty()});

@@ -24,10 +24,10 @@ public:
     /// Those of an earlier picture whose surface is still there: the main one, with depth and of any camera, does
     /// not look through it.
     void draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to);
-    /// Of gaps, nothing: what was drawn forward into them from another picture is none of the next one's.
-    void forget(const GapTargets& to);
     /// Of all spheres.
     void draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to);
+    /// Of gaps, nothing: what was drawn forward into them from another picture is none of the next one's.
+    void forget(const GapTargets& to);
     /// What gaps see that nothing else fills: their background.
     void find_background(const SourceView& main, const GapTargets& to);
 

@@ -4,6 +4,7 @@
 /// A window is a rectangle of pixels of a full sphere of `columns` x `rows`, the grid, which stays with the sphere's
 /// axes. It lies on whole blocks of the grid, so that a codec finds a still picture where only the gaze moves. It goes
 /// on across the seam and never over a pole. Everything is a plain value; all functions are pure and thread-safe.
+#include <equistream/bound.h>
 #include <equistream/camera.h>
 #include <equistream/error.h>
 #include <equistream/image.h>
@@ -149,6 +150,12 @@ private:
     WindowGrid grid_;
     std::optional<WindowPlace> place_;
 };
+
+/// Of the views that a base's depth is coded for. Its pixels are larger than its window's, and its depth may be coarser
+/// by the same factor.
+inline double base_focal_length_px(const Camera& base, const Camera& window) {
+    return default_focal_length_px * std::min(1.0, pixel_angle_rad(window) / pixel_angle_rad(base));
+}
 
 /// Which pixels of the base, a whole sphere of fewer pixels, a window covers entirely, and what they show of it.
 class WindowCover {

@@ -91,7 +91,6 @@ def heads_table(results):
     return table(["scene", "source", *titles], rows)
 
 
-
 def beside_pair(results):
     """Each window beside the pair: what it has at no more bytes, less what the pair has, at each of the pair's CRFs; and its rendered pixels in one view's."""
     rows = []

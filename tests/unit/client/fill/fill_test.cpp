@@ -362,10 +362,17 @@ TEST_F(TurnedBack, ForgetsWhatWasBeforeAJumpBack) {
 }
 
 TEST_F(TurnedBack, KeepsNoMoreThanAFewWindows) {
-    for (int i = 0; i < 12; ++i)
-        pass(frame({std::sin(0.55 * i), 0, -std::cos(0.55 * i)}, 0.1 * i));
-    const EyePicture picture = look_ahead(frame(-ahead_, 1.2));
-    EXPECT_GT(picture.count(PixelOrigin::base) + picture.count(PixelOrigin::earlier), 0.99 * 160 * 100);
+    for (const int windows : {5, 8}) {  // more than half a window apart; the last two are kept as any frames are
+        fill_.forget();
+        const auto gaze = [](int i) { return glm::dvec3(std::sin(0.7 * i), 0, -std::cos(0.7 * i)); };
+        for (int i = 0; i < windows; ++i)
+            pass(frame(gaze(i), 0.1 * i));
+        const EyePicture picture = look_ahead(frame(gaze(windows - 1), 1));
+        if (windows == 5)
+            EXPECT_GT(picture.count(PixelOrigin::earlier), 0.99 * 160 * 100);
+        else
+            EXPECT_EQ(picture.count(PixelOrigin::earlier), 0) << "the first two had to go";
+    }
 }
 
 }  // namespace
