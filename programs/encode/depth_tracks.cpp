@@ -123,7 +123,7 @@ void add_images(const DepthRequest& request, const Beside& beside, DepthPlan& pl
         images->crf = plan.tracks.front().crf;
     if (request.images == ImagesTrack::if_cheap) {
         const double share = try_track(*images, beside).share();
-        if (share > request.share) {
+        if (share > request.shares().front()) {
             plan.images_left_out_share = share;
             return;
         }

@@ -19,12 +19,19 @@ enum class ImagesTrack { none, if_cheap, always };
 
 struct DepthRequest {
     std::string code = "none";  ///< auto, none, or a depth code's name
-    double share = 0.1;         ///< of the main colour track's bits that all tracks of distances may take together
+    /// Of the main colour track's bits that all tracks of distances may take together; nothing: shares().
+    std::optional<double> share;
     std::optional<double> crf;  ///< nothing: the best within that share
     /// Main's depth at half the columns and rows; nothing: what suits that share, or all of them where the CRF is
     /// given.
     std::optional<bool> halved;
     ImagesTrack images = ImagesTrack::if_cheap;
+
+    /// To try, the least first: more where less leaves few pixels within the bound. Clean colour takes so few bits that
+    /// a tenth of them starves depth.
+    std::vector<double> shares() const {
+        return share ? std::vector{*share} : std::vector{0.1, 0.2, 0.3};
+    }
 };
 
 /// One colour track's depth, or main's mirrors and glass.
@@ -81,6 +88,7 @@ struct DepthTrial {
     double colour_bytes = 0;  ///< a frame of main's colour at the stream's own CRF
     double within = 0;        ///< share of pixels that, coded, no eye sees displaced by more than the error budget
     int frames = 0;
+    double allowed = 0;  ///< share of the colour's bytes that these were to stay within
 
     double share() const { return bytes / colour_bytes; }
 };
@@ -100,7 +108,8 @@ DepthTrial try_track(const DepthTrack& track, const Beside& beside);
 /// Gives main's depth the code and the size, of those that the request leaves open, and all tracks the CRF, that leave
 /// most of main's pixels within the bound while the bytes of all tracks together stay within the share asked for;
 /// of those that leave practically all there, the cheapest. Does nothing where main has no depth, where the CRF was
-/// given or where it does not matter.
+/// given or where it does not matter. Of several shares to try takes the least that leaves enough pixels there, or that
+/// the next one hardly betters.
 void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& plan);
 
 /// Whether depth of such pictures may be coded at half the columns and rows.

@@ -19,6 +19,10 @@ namespace fs = std::filesystem;
 
 /// So few pixels beyond the bound that no more bits are worth it.
 constexpr double enough_within = 0.9999;
+/// With fewer of them decibels are lost (docs/results/window.md), so that depth gets a larger share.
+constexpr double least_within = 0.4;
+/// More of them that a larger share is worth.
+constexpr double least_gain = 0.05;
 
 /// Those of the colour's trial.
 struct TrialFrames {
@@ -66,8 +70,10 @@ public:
     /// leaves practically all pixels within the bound all the same.
     DepthTrial best(const DepthWay& way, double share) {
         DepthTrial chosen = min_within(way, share);
+        chosen.allowed = share;
         while (chosen.within >= enough_within && chosen.crf < worst_crf) {
-            const DepthTrial next = with(way, chosen.crf + 1);
+            DepthTrial next = with(way, chosen.crf + 1);
+            next.allowed = share;
             if (next.within < enough_within)
                 break;
             chosen = next;
@@ -159,13 +165,28 @@ private:
     int guess_ = 24;  ///< where to begin; then where the last way ended
 };
 
-bool is_better(const DepthTrial& a, const DepthTrial& b, double share) {
-    const bool a_fits = a.share() <= share, b_fits = b.share() <= share;
+bool is_better(const DepthTrial& a, const DepthTrial& b) {
+    const bool a_fits = a.share() <= a.allowed, b_fits = b.share() <= b.allowed;
     if (a_fits != b_fits)
         return a_fits;
     if (!a_fits || (a.within >= enough_within && b.within >= enough_within))
         return a.bytes < b.bytes;
     return a.within > b.within;
+}
+
+struct Choice {
+    DepthWay way;
+    DepthTrial trial;
+};
+
+Choice best_of(Trials& trials, const std::vector<DepthWay>& ways, double share) {
+    std::optional<Choice> best;
+    for (const DepthWay& way : ways) {
+        const DepthTrial trial = trials.best(way, share);
+        if (!best || is_better(trial, best->trial))
+            best = {way, trial};
+    }
+    return *best;
 }
 
 }  // namespace
@@ -180,15 +201,18 @@ void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& 
         return;
     Trials trials(plan.tracks, beside);
     DepthTrack& main = plan.tracks.front();
-    plan.trial.reset();
-    for (const DepthWay& way : trials.ways(request)) {
-        const DepthTrial trial = trials.best(way, request.share);
-        if (plan.trial && !is_better(trial, *plan.trial, request.share))
-            continue;
-        plan.trial = trial;
-        main.code = way.code;
-        main.halved = way.halved;
+    std::optional<Choice> chosen;
+    for (const double share : request.shares()) {
+        const Choice choice = best_of(trials, trials.ways(request), share);
+        if (chosen && choice.trial.within < chosen->trial.within + least_gain)
+            break;
+        chosen = choice;
+        if (chosen->trial.within >= least_within)
+            break;
     }
+    plan.trial = chosen->trial;
+    main.code = chosen->way.code;
+    main.halved = chosen->way.halved;
     for (DepthTrack& track : plan.tracks)
         track.crf = plan.trial->crf;
 }

@@ -40,8 +40,9 @@ DepthRequest depth_request_of(const Options& options) {
         } catch (const InputError& error) {
             throw InputError("--depth: auto, none or a " + std::string(error.what()));
         }
-    cli::require(depth.share > 0 && depth.share <= 1, "--depth-share",
-                 "a share of the colour's bits above 0 and at most 1, 0.1 being 10 %", in_words(depth.share));
+    if (depth.share)
+        cli::require(*depth.share > 0 && *depth.share <= 1, "--depth-share",
+                     "a share of the colour's bits above 0 and at most 1, 0.1 being 10 %", in_words(*depth.share));
     check_crf("--depth-crf", depth.crf);
     if (options.depth_scale != "auto")
         depth.halved = options.depth_scale == "2";
@@ -125,7 +126,7 @@ constexpr std::array judgements = {
     Judgement{0.8, "fine", "at most 0.1 dB lost beside exact depth"},
     Judgement{0.4, "fair", "up to 0.3 dB lost beside exact depth; a larger --depth-share loses less"},
     Judgement{0, "poor",
-              "0.1 dB and more lost beside exact depth; take a larger --depth-share, or give clients the scene or a "
+              "decibels may be lost beside exact depth; take a larger --depth-share, or give clients the scene or a "
               "model of it"}};
 
 const Judgement& judgement_of(const DepthTrial& trial) {
@@ -144,6 +145,7 @@ nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report)
     if (report.trial && track.settings.role == TrackRole::depth)
         json["trial"] = {{"frames", report.trial->frames},
                          {"share_of_colour", report.trial->share()},
+                         {"share_allowed", report.trial->allowed},
                          {"pixels_within_budget", report.trial->within},
                          {"judgement", judgement_of(*report.trial).word}};
     return json;
@@ -306,9 +308,9 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
                      "  no track of mirrors and glass, which would take %s of the colour's bits (--mirrors always "
                      "sends it)\n",
                      percent_text(*report.images_left_out_share).c_str());
-    if (report.trial && report.trial->share() > request.depth.share)
+    if (report.trial && report.trial->share() > report.trial->allowed)
         std::fprintf(out, "  depth takes more than the %s asked for even at its worst\n",
-                     percent_text(request.depth.share).c_str());
+                     percent_text(report.trial->allowed).c_str());
     std::fprintf(out,
                  "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
                  report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
@@ -366,10 +368,10 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         app, "--depth", request.depth.code,
         "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
         "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless");
-    cli::add_with_default(
-        app, "--depth-share", request.depth.share,
-        "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
-        "again: above 0, at most 1");
+    app.add_option("--depth-share", request.depth.share,
+                   "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
+                   "again: above 0, at most 1 (default: 0.1, up to 0.3 where that leaves less than 40 % of pixels "
+                   "within the error bound)");
     cli::add_with_default(
         app, "--depth-scale", options.depth_scale,
         "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "

@@ -146,9 +146,25 @@ TEST_F(DepthScale, TheReportJudgesTheTrial) {
     EXPECT_LT(poor["pixels_within_budget"], 0.4);
     const Ran text = run("encode '" + path("r") + "' --preset ultrafast --depth auto --depth-share 0.01 --out '" +
                          path("a.mkv") + "'");
-    EXPECT_NE(text.output.find("that is poor: 0.1 dB and more lost beside exact depth; take a larger --depth-share"),
+    EXPECT_NE(text.output.find("that is poor: decibels may be lost beside exact depth; take a larger --depth-share"),
               std::string::npos)
         << text.output;
+}
+
+TEST_F(DepthScale, AShareThatLeavesFewPixelsWithinTheBudgetGrows) {
+    const auto wall = [](int x, int) { return x < 63 ? 1.0f : 3.0f; };
+    EXPECT_EQ(depth_of(encode(wall, "--depth auto"))["trial"]["share_allowed"], 0.1);
+    // Leaves of four by four pixels: a tenth of the colour's bits is too little, and twice as many help.
+    std::mt19937 random(8);
+    std::vector<float> leaves(side * side / 16);
+    for (float& r : leaves)
+        r = 0.6f + float(random() % 1000) / 500;
+    const auto foliage = [&](int x, int y) { return leaves[std::size_t(y / 4 * (side / 4) + x / 4)]; };
+    const nlohmann::json tenth = depth_of(encode(foliage, "--depth auto --depth-share 0.1"))["trial"];
+    ASSERT_LT(tenth["pixels_within_budget"], 0.4) << tenth;
+    const nlohmann::json grown = depth_of(encode(foliage, "--depth auto"))["trial"];
+    EXPECT_GT(grown["share_allowed"], 0.1) << grown;
+    EXPECT_GE(double(grown["pixels_within_budget"]), double(tenth["pixels_within_budget"]) + 0.05) << grown << tenth;
 }
 
 TEST_F(DepthScale, IsOneUnlessAskedForWhereNothingIsTried) {
