@@ -4,8 +4,9 @@
 ///
 /// `hidden`    the source's second layer: what lies behind the first surface along the same rays.
 /// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
-/// `base`      the coarse sphere around a window: all that lies beyond the window's border. Along the border both are
-///             mixed, so that it is not seen.
+/// `base`      the coarse sphere around a window: all that lies beyond the window's border, as the engine shows the
+///             sphere alone. Along the border both are mixed, so that it is not seen. Gaps within are filled too, but
+///             for those of mirrors. Nothing is done where only the window is in view.
 /// `earlier`   earlier main pictures; on the processor windows that the gaze has left, too. A sample counts only where
 ///             its surface is still the same by depth agreement: what moved since is refused. So is a window that the
 ///             gaze has left where the base has another colour by now. (Streams carry no motion, so nothing is carried
@@ -20,10 +21,10 @@
 ///             depth is not known, so that what is in front does not bleed into what it uncovered.
 /// `spread`    the nearest filled neighbours, layer by layer, those at the pixel's own depth before others.
 ///
-/// All but the last three look up the point that a gap pixel sees in a picture that was rendered elsewhere; of the four
-/// samples around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is known from the
-/// eye's depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest first. Pictures
-/// without depth are looked up by direction alone (`small`, `small-wide`, `base`), or not at all.
+/// All but `base` and the last three look up the point that a gap pixel sees in a picture that was rendered elsewhere;
+/// of the four samples around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is
+/// known from the eye's depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest
+/// first. Pictures without depth are looked up by direction alone (`small`, `small-wide`), or not at all.
 #include "gaps.h"
 
 #include <client/depth/depth_source.h>
@@ -32,6 +33,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <string_view>
@@ -52,11 +54,30 @@ struct PatchesView {
     double box_radius_m = 0;  ///< its head box, as in SourceView
 };
 
+/// What eyes see of the sphere around a window alone, by the engine that shows the window.
+class BaseEngine {
+public:
+    BaseEngine(std::string_view engine, const EngineOptions& options);
+
+    /// Borrows the view's pixels until the next call. The engine takes them when it is first asked for a picture.
+    void set_base(const SourceView& base);
+    /// As Engine's, from any number of threads. By direction alone where the engine needs depth and the base has none.
+    void reproject(const EyeView& eye, EyePicture& picture) const;
+
+private:
+    std::unique_ptr<Engine> engine_;
+    SourceView base_;
+    mutable std::mutex mutex_;
+    mutable bool is_source_ = false;
+};
+
 /// What a frame brings to fill gaps with, borrowed until the next frame; what is not there is null or empty.
 struct FillInputs {
     const SourceView* main = nullptr;
     const SourceView* small = nullptr;
-    const SourceView* base = nullptr;       ///< the sphere around main, where that is a window
+    const SourceView* base = nullptr;  ///< the sphere around main, where that is a window
+    /// Of `base`; null: it is looked up by direction alone.
+    const BaseEngine* base_engine = nullptr;
     std::span<const SourceView> earlier{};  ///< main pictures of frames before, newest first, with depth
     /// The spheres around windows that the gaze has left: by these it shows where light has changed. Empty, or as many,
     /// without colours for the others.

@@ -6,7 +6,6 @@
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
 #include <equistream/patches.h>
-#include <equistream/window.h>
 
 #include <algorithm>
 #include <cmath>
@@ -141,77 +140,6 @@ private:
     const SeenPoints& seen_;
 };
 
-/// Where in an eye's picture the border of the window runs that its source is.
-class WindowBorder {
-public:
-    WindowBorder(const SourceView& window, const EyeView& eye, const EyePicture& picture)
-        : camera_(std::get<EquirectCamera>(window.camera)), lookup_(window.camera),
-          rays_(eye.camera, eye.pose, window.pose), picture_(picture), eye_(eye),
-          depth_m_(eye.depth_m.data != nullptr ? eye.depth_m
-                   : !picture.depth_m.empty()  ? picture.depth_m.view()
-                                               : ImageView<const float>{}) {}
-
-    /// Of what is seen: the eye's, or what the engine found; empty where nobody knows it.
-    ImageView<const float> depth_m() const { return depth_m_; }
-    /// The window's share of a pixel's colour: 1 within, 0 on the border.
-    float share(int x, int y) const {
-        float inverse = 0;
-        if (depth_m_.data != nullptr)
-            inverse = radial_over_planar(eye_.camera, x, y) / depth_m_.pixel(x, y)[0];
-        const PixelPosition p = lookup_.project(rays_.direction(x, y) + rays_.eye() * inverse);
-        float inside = std::min(p.u, float(camera_.width) - p.u);
-        // Over a pole there is nothing to mix with.
-        if (camera_.range.latitude_max < pi / 2 - pole_rad)
-            inside = std::min(inside, p.v);
-        if (camera_.range.latitude_min > pole_rad - pi / 2)
-            inside = std::min(inside, float(camera_.height) - p.v);
-        return std::isnan(inside) ? 1 : std::clamp(inside / mixed_px, 0.0f, 1.0f);
-    }
-
-    /// Pixels that the window coloured, and not alone. Squares whose corners all lie well within it are passed over.
-    Gaps pixels() const {
-        std::vector<GapSpan> spans;
-        const int width = picture_.origin.width(), height = picture_.origin.height();
-        std::vector<bool> near(std::size_t(width / square_px + 1));
-        for (int y = 0; y < height; ++y) {
-            if (y % square_px == 0)
-                for (int x = 0; x < width; x += square_px)
-                    near[std::size_t(x / square_px)] = is_near(x, y);
-            for (int x = 0; x < width; ++x)
-                if (!near[std::size_t(x / square_px)])
-                    x += square_px - 1 - x % square_px;
-                else if (picture_.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::source) && share(x, y) < 1)
-                    add(spans, x, y);
-        }
-        return Gaps(std::move(spans));
-    }
-
-private:
-    /// Wide enough that the eye finds no line: a block of the window.
-    static constexpr float mixed_px = window_block_px;
-    static constexpr int square_px = 16;
-    static constexpr double pole_rad = 1e-6;
-
-    bool is_near(int x, int y) const {
-        const int right = std::min(x + square_px, picture_.origin.width()) - 1;
-        const int bottom = std::min(y + square_px, picture_.origin.height()) - 1;
-        return share(x, y) < 1 || share(right, y) < 1 || share(x, bottom) < 1 || share(right, bottom) < 1;
-    }
-    static void add(std::vector<GapSpan>& spans, int x, int y) {
-        if (!spans.empty() && spans.back().y == y && spans.back().end == x)
-            ++spans.back().end;
-        else
-            spans.push_back({y, x, x + 1});
-    }
-
-    EquirectCamera camera_;
-    SourceLookup lookup_;
-    EyeRays rays_;
-    const EyePicture& picture_;
-    const EyeView& eye_;
-    ImageView<const float> depth_m_;
-};
-
 /// The small second-eye view.
 class SmallPass : public PicturePass {
 public:
@@ -235,18 +163,6 @@ public:
         gaps.narrow(picture.origin.view());
         return filled;
     }
-};
-
-/// The sphere around a window: what lies beyond the window's border, and a mixture of both along that border.
-class BasePass : public PicturePass {
-public:
-    using PicturePass::PicturePass;
-    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
-
-private:
-    void mix_along_border(const WindowBorder& border, const EyeView& eye, EyePicture& picture) const;
-
-    mutable ObjectPool<EyePicture> mixed_;
 };
 
 /// The source's second layer.
@@ -345,42 +261,7 @@ std::int64_t PatchesPass::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
     return filled;
 }
 
-std::int64_t BasePass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (inputs_.base == nullptr || inputs_.main == nullptr)
-        return 0;
-    const std::int64_t filled = gaps.empty() ? 0 : fill_by_any(*inputs_.base, PixelOrigin::base, eye, picture, gaps);
-    if (std::holds_alternative<EquirectCamera>(inputs_.main->camera))
-        mix_along_border(WindowBorder(*inputs_.main, eye, picture), eye, picture);
-    return filled;
-}
-
-void BasePass::mix_along_border(const WindowBorder& border, const EyeView& eye, EyePicture& picture) const {
-    Gaps pixels = border.pixels();
-    if (pixels.empty())
-        return;
-    const Gaps all = pixels;
-    std::unique_ptr<EyePicture> from_base = mixed_.acquire();
-    from_base->reset(eye.camera);
-    const EyeView known{eye.camera, eye.pose, border.depth_m()};
-    fill_by_any(*inputs_.base, PixelOrigin::base, known, *from_base, pixels);
-    for (const GapSpan& span : all.spans())
-        for (int x = span.begin; x < span.end; ++x) {
-            if (from_base->origin.pixel(x, span.y)[0] == std::uint8_t(PixelOrigin::gap))
-                continue;
-            const float share = border.share(x, span.y);
-            std::uint8_t* colour = picture.rgba.pixel(x, span.y);
-            const std::uint8_t* other = from_base->rgba.pixel(x, span.y);
-            for (int c = 0; c < 3; ++c)
-                colour[c] = std::uint8_t(share * float(colour[c]) + (1 - share) * float(other[c]) + 0.5f);
-        }
-    mixed_.release(std::move(from_base));
-}
-
 }  // namespace
-
-std::unique_ptr<FillPass> make_base_pass() {
-    return std::make_unique<BasePass>("base");
-}
 
 std::unique_ptr<FillPass> make_hidden_pass() {
     return std::make_unique<HiddenPass>("hidden");
@@ -400,6 +281,14 @@ std::unique_ptr<FillPass> make_small_pass() {
 
 std::unique_ptr<FillPass> make_small_wide_pass() {
     return std::make_unique<SmallWidePass>("small-wide");
+}
+
+FilledCounts fill_gaps(const FillChain& chain, const EyeView& eye, EyePicture& picture) {
+    FilledCounts filled;
+    Gaps gaps(picture.origin.view());
+    for (const auto& pass : chain)
+        filled.emplace_back(pass->name(), pass->fill(eye, picture, gaps));
+    return filled;
 }
 
 }  // namespace equistream

@@ -10,6 +10,14 @@ void enable(GLenum what, bool on) {
 
 }  // namespace
 
+void write_all_pixels() {
+    for (const GLenum off : {GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP,
+                             GL_RASTERIZER_DISCARD})
+        glDisable(off);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+}
+
 DrawingState::DrawingState(GLenum depth_function, Near near)
     : has_depth_test_(glIsEnabled(GL_DEPTH_TEST)), has_depth_clamp_(glIsEnabled(GL_DEPTH_CLAMP)) {
     glGetIntegerv(GL_CLIP_ORIGIN, &clip_origin_);

@@ -1,8 +1,13 @@
 #pragma once
-/// All state that passes rely on which draw into a depth buffer of near / planar depth (from 0, infinitely far, to 1).
+/// State that passes which draw rely on.
 #include "objects.h"
 
 namespace equistream::gl {
+
+/// Nothing keeps a pass that has no depth buffer from writing all pixels that it covers.
+void write_all_pixels();
+
+// All state that passes rely on which draw into a depth buffer of near / planar depth (from 0, infinitely far, to 1).
 
 /// Clip control, the depth test, its function and depth clamping are as before when it goes.
 class DrawingState {

@@ -46,12 +46,16 @@ struct VertexArrayKind {
 struct SamplerKind {
     static void free(GLuint name) { glDeleteSamplers(1, &name); }
 };
+struct QueryKind {
+    static void free(GLuint name) { glDeleteQueries(1, &name); }
+};
 
 using Texture = Object<TextureKind>;
 using Buffer = Object<BufferKind>;
 using Framebuffer = Object<FramebufferKind>;
 using VertexArray = Object<VertexArrayKind>;
 using Sampler = Object<SamplerKind>;
+using Query = Object<QueryKind>;
 
 struct Size {
     int width = 0, height = 0;

@@ -28,6 +28,7 @@ void CpuPipeline::use(const PipelineWays& ways) {
     ways_ = ways;
     steps_ = std::make_unique<EyeSteps>(ways.engine, ways.engine_options, ways.mirrors);
     right_steps_ = std::make_unique<EyeSteps>(ways.engine, ways.engine_options, ways.mirrors);
+    base_engine_ = std::make_unique<BaseEngine>(ways.engine, ways.engine_options);
     std::unique_ptr<FrameFill>& fill = fills_[ways.fill];
     if (!fill)
         fill = std::make_unique<FrameFill>(ways.fill, geometry_.get());
@@ -190,7 +191,7 @@ void CpuPipeline::reproject(const ReceivedFrame& frame, const SourceView& source
 
 void CpuPipeline::fill_gaps_of(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left,
                                PipelineEye& right, double shown_s) {
-    fill_->set_frame(frame, depths_, {source, shown_s});
+    fill_->set_frame(frame, depths_, {source, shown_s, base_engine_.get()});
     for_both(left, right, [&](PipelineEye& eye) { eye.figures.filled = fill_->fill(eye.view(), eye.picture); });
 }
 

@@ -109,6 +109,7 @@ private:
     PipelineWays ways_;
     MadeDepth depth_;
     std::unique_ptr<EyeSteps> steps_, right_steps_;
+    std::unique_ptr<BaseEngine> base_engine_;
     bool has_right_ = false;                    ///< foreign stereo video: the right eye has a sphere of its own
     std::unique_ptr<GeometryColour> geometry_;  ///< for all of fills_
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by chain, as far as any was used

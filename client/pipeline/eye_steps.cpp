@@ -87,6 +87,8 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     patches_.reset();
     if (frame.base)
         base_ = source_view(*frame.base, depths.base);
+    if (base_ && shown.base_engine != nullptr)
+        shown.base_engine->set_base(*base_);
     if (frame.small)
         small_ = source_view(*frame.small, depths.small);
     if (frame.hidden)
@@ -118,6 +120,7 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
         fill_pass->set_frame({.main = address(main_),
                               .small = address(small_),
                               .base = address(base_),
+                              .base_engine = shown.base_engine,
                               .earlier = earlier_views_,
                               .earlier_bases = earlier_bases_,
                               .hidden = address(hidden_),

@@ -72,6 +72,7 @@ public:
     struct Shown {
         SourceView main;
         double time_s = 0;
+        BaseEngine* base_engine = nullptr;  ///< takes the base, where there is one
     };
     /// Takes what there is of a frame, borrowed until the next one. Pictures have the sizes that they are tagged with.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown);

@@ -6,6 +6,7 @@
 #include <equistream/patches.h>
 
 #include <client/fill/push_pull.h>
+#include <client/gpu/drawing_state.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -195,70 +196,123 @@ public:
     void fill(const GlFillFrame& frame, const GapTargets& to) override { resample(frame, frame.small, to); }
 };
 
-/// Mixes what eyes see along the border of their window with the sphere around it, so that no border is seen.
-class WindowBorder {
+/// While it lives, nothing is drawn or dispatched where a query found nothing. The CPU need not know.
+class WhereFound {
 public:
-    explicit WindowBorder(GapResample& resample)
-        : resample_(resample), tiles_(program("FIND")), open_(program("OPEN")), mix_("window_border.glsl") {}
-
-    /// `base` is the frame's.
-    void mix(const GlFillFrame& frame, const OtherPicture& base, const GapTargets& to) {
-        from_base_.size_for(to.eyes.front().camera, int(to.eyes.size()));
-        blocks_.set(frame.main.view, to.eyes);
-        look_at_window(frame, to, tiles_.finder());
-        tiles_.find(to.targets);
-        look_at_window(frame, to, open_);
-        glBindTextureUnit(0, to.targets.origin());
-        glBindImageTexture(1, from_base_.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-        run(open_);
-        const GapTargets border{to.eyes, to.depth, tiles_, from_base_};
-        const bool by_depth = base.textures.depth() != 0 && to.depth.texture != 0;
-        resample_.fill(base, by_depth ? with_mirrors(frame, {}, border) : border);
-        look_at_window(frame, to, mix_);
-        glBindTextureUnit(0, from_base_.colour());
-        glBindTextureUnit(3, from_base_.origin());
-        glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA8);
-        run(mix_);
-    }
-
-private:
-    static Program program(const char* define) {
-        return Program("window_border.glsl", std::vector<std::string>{define});
-    }
-
-    void look_at_window(const GlFillFrame& frame, const GapTargets& to, const Program& program) const {
-        glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.main.textures.grid());
-        glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
-        glBindTextureUnit(2, to.depth.texture);
-        program.set("inverse_depth_scale", to.depth.texture != 0 ? to.depth.scale : 0.0f);
-    }
-
-    void run(const Program& program) const {
-        tiles_.bind();
-        tiles_.dispatch(program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
-        finish_pictures();
-    }
-
-    GapResample& resample_;
-    GapTiles tiles_;
-    Program open_, mix_;
-    EyeBlocks blocks_;
-    EyeTargets from_base_;  ///< where the border is
+    explicit WhereFound(const Query& query) { glBeginConditionalRender(query.name(), GL_QUERY_WAIT); }
+    ~WhereFound() { glEndConditionalRender(); }
+    WhereFound(const WhereFound&) = delete;
+    WhereFound& operator=(const WhereFound&) = delete;
 };
 
-class BasePass : public PicturePass {
+/// What eyes see of the sphere around their window: beyond its border, and mixed along it so that no border is seen.
+class BasePass : public GlFillPass {
 public:
-    explicit BasePass(GlFillShared& shared) : PicturePass(shared), border_(shared.resample()) {}
+    BasePass();
     std::string_view name() const override { return "base"; }
-    void fill(const GlFillFrame& frame, const GapTargets& to) override {
-        resample(frame, frame.base, to);
-        if (frame.base)
-            border_.mix(frame, *frame.base, to);
-    }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override;
 
 private:
-    WindowBorder border_;
+    void find_border(const GlFillFrame& frame, const GapTargets& to);
+    void ask_whether_it_is_seen(const EyeTargets& targets) const;
+    void take(const GlFillFrame& frame, const SeenBase& base, const GapTargets& to) const;
+    void look_at_window(const GlFillFrame& frame, const GapTargets& to, const Program& program) const;
+
+    GapTiles border_;
+    Program take_, point_;
+    VertexArray no_vertices_;
+    EyeBlocks blocks_;
+    Query is_seen_;
+    Size base_size_, eye_size_;  ///< that all is made for
+    int eyes_ = 0;
 };
+
+BasePass::BasePass()
+    : border_(Program("window_border.glsl", std::vector<std::string>{"FIND"})), take_("window_border.glsl"),
+      point_({{GL_VERTEX_SHADER, {}, "void main() { gl_Position = vec4(0.0, 0.0, 0.0, 1.0); gl_PointSize = 1.0; }"},
+              {GL_FRAGMENT_SHADER, {}, "void main() {}"}}),
+      no_vertices_(make_vertex_array()) {
+    GLuint name = 0;
+    glCreateQueries(GL_ANY_SAMPLES_PASSED, 1, &name);
+    is_seen_ = Query(name);
+}
+
+void BasePass::look_at_window(const GlFillFrame& frame, const GapTargets& to, const Program& program) const {
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.main.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    glBindTextureUnit(0, to.targets.origin());
+    glBindTextureUnit(2, to.depth.texture);
+    program.set("inverse_depth_scale", to.depth.texture != 0 ? to.depth.scale : 0.0f);
+}
+
+void BasePass::find_border(const GlFillFrame& frame, const GapTargets& to) {
+    look_at_window(frame, to, border_.finder());
+    border_.finder().set("knows_gaps", int(frame.found == nullptr));
+    border_.find(to.targets);
+}
+
+/// Whether any pixel lies along the window's border or beyond it: whether any of its screen tiles was listed.
+void BasePass::ask_whether_it_is_seen(const EyeTargets& targets) const {
+    write_all_pixels();
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.framebuffer());
+    glViewport(0, 0, 1, 1);
+    glBindVertexArray(no_vertices_.name());
+    point_.use();
+    glBeginQuery(GL_ANY_SAMPLES_PASSED, is_seen_.name());
+    border_.draw_points(GapTiles::List::with_gaps);
+    glEndQuery(GL_ANY_SAMPLES_PASSED);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+void BasePass::take(const GlFillFrame& frame, const SeenBase& base, const GapTargets& to) const {
+    // By the scene's geometry gaps have a depth of their own.
+    const bool finds_depth = frame.found != nullptr && to.depth.texture != 0;
+    const EyeDepth& depth = frame.found != nullptr ? base.depth : to.depth;
+    look_at_window(frame, to, take_);
+    glBindTextureUnit(1, base.targets.colour());
+    glBindTextureUnit(3, base.targets.origin());
+    glBindTextureUnit(4, depth.texture);
+    glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA8);
+    glBindImageTexture(1, to.targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+    if (finds_depth)
+        glBindImageTexture(2, to.depth.texture, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
+    take_.set("base_depth_scale", depth.texture != 0 ? depth.scale : 0.0f);
+    take_.set("finds_depth", int(finds_depth));
+    take_.set("knows_mirrors", int(frame.mirrors.tells()));
+    if (frame.mirrors.tells())
+        frame.mirrors.specular.bind();
+    for (const bool fills_gaps : {false, true}) {
+        const GapTiles& tiles = fills_gaps ? to.gaps : border_;
+        take_.set("fills_gaps", int(fills_gaps));
+        tiles.bind();
+        tiles.dispatch(take_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    }
+    finish_pictures();
+}
+
+void BasePass::fill(const GlFillFrame& frame, const GapTargets& to) {
+    if (!frame.base)
+        return;
+    blocks_.set(frame.main.view, to.eyes);
+    find_border(frame, to);
+    // Of other sizes all is made, and an engine asks the GPU how much room it needs.
+    const Size size = frame.base->textures.size();
+    const bool all_is_made = size == base_size_ && to.targets.size() == eye_size_ && to.targets.eyes() == eyes_;
+    ask_whether_it_is_seen(to.targets);
+    std::optional<WhereFound> where_seen;
+    if (all_is_made)
+        where_seen.emplace(is_seen_);
+    eyes_ = 0;  // what fails half-way is begun anew
+    const SeenBase base = frame.see_base();
+    if (!where_seen)
+        where_seen.emplace(is_seen_);
+    take(frame, base, to);
+    base_size_ = size;
+    eye_size_ = to.targets.size();
+    eyes_ = to.targets.eyes();
+}
 
 class EarlierPass : public PicturePass {
 public:
@@ -306,8 +360,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<GlFillPass> make_gl_base_pass(GlFillShared& shared) {
-    return std::make_unique<BasePass>(shared);
+std::unique_ptr<GlFillPass> make_gl_base_pass(GlFillShared&) {
+    return std::make_unique<BasePass>();
 }
 
 std::unique_ptr<GlFillPass> make_gl_hidden_pass(GlFillShared& shared) {

@@ -4,6 +4,7 @@
 
 #include <client/fill/fill.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,10 +50,18 @@ private:
 // Passes of the fill chain (fill.h) on the GPU, for all eyes at once. A pass is its own files and a row of
 // client/stages/stage_rows.inc.
 
+/// What eyes see of the sphere around their window alone; their depth, or texture 0: they see it by direction.
+struct SeenBase {
+    const EyeTargets& targets;
+    EyeDepth depth;
+};
+
 /// What a frame brings to fill gaps with, borrowed for a call.
 struct GlFillFrame {
     OtherPicture main;  ///< as the eyes look it up
     std::optional<OtherPicture> base, hidden, small, earlier;
+    /// Draws what eyes see of `base` alone, by the engine that shows the main picture.
+    std::function<SeenBase()> see_base{};
     const PatchesView* patches = nullptr;
     const PatchTextures* patch_textures = nullptr;
     /// Finds what gap pixels see where eyes have no depth of their own; null: they have, by the scene's geometry.

@@ -88,11 +88,21 @@ void GapTiles::dispatch(const Program& program, List list, int shift) const {
     program.dispatch_indirect(lists_.name(), sizeof(ListsHead::groups[0]) * std::size_t(int(list) * levels + shift));
 }
 
+void GapTiles::draw_points(List list) const {
+    // A count of work groups and two ones: vertices, instances, and the first vertex.
+    static_assert(sizeof(ListsHead::groups[0]) == 4 * sizeof(GLuint));
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, lists_.name());
+    // From a buffer that is bound there, Mesa takes a number of draws for this call as well.
+    glBindBuffer(GL_PARAMETER_BUFFER_ARB, 0);
+    glDrawArraysIndirect(GL_POINTS,
+                         reinterpret_cast<const void*>(sizeof(ListsHead::groups[0]) * std::size_t(int(list) * levels)));
+}
+
 GapResample::GapResample() : program_("gap_resample.glsl") {}
 
 void GapResample::fill(const OtherPicture& from, const GapTargets& to) {
     const bool by_direction = from.textures.depth() == 0 || to.depth.texture == 0;
-    if (by_direction && from.mark != PixelOrigin::small && from.mark != PixelOrigin::base)
+    if (by_direction && from.mark != PixelOrigin::small)
         return;
     blocks_.set(from.view, to.eyes);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());

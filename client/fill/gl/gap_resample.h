@@ -36,6 +36,8 @@ public:
     /// Runs such a program, whose groups are of 256, for each cell of the listed tiles, which are 1 << `shift` cells
     /// wide.
     void dispatch(const Program& program, List list, int shift) const;
+    /// Draws points by the program in use: some where tiles are listed, else none.
+    void draw_points(List list) const;
     /// Tiles of one eye.
     Size grid() const { return grid_; }
 
@@ -76,8 +78,8 @@ class GapResample {
 public:
     GapResample();
 
-    /// By the picture's depth and the eyes'; where either has none by direction alone, of a small view or a window's
-    /// base; others fill nothing then.
+    /// By the picture's depth and the eyes'; where either has none by direction alone, of a small view; others fill
+    /// nothing then.
     void fill(const OtherPicture& from, const GapTargets& to);
 
 private:

@@ -1,13 +1,15 @@
-// Where eyes see the border of the window that their source is, as WindowBorder of picture_passes.cpp has it. With FIND
-// the tiles there are found, with OPEN their pixels are made gaps of other targets, which the sphere around then fills,
-// and else both are mixed. Tiles whose corners all lie well within the window are passed over: where no border is in
-// view nothing is done but to look at those. The CPU cannot tell by the eyes' frustums, for it knows of no depth.
+// Where eyes see the border of the window that their source is, as WindowBorder of base_pass.cpp has it. With FIND the
+// tiles there are found. Else the eyes' pictures take from what they see of the sphere around alone: gaps, most of
+// which lie beyond the border, and a share along it. Tiles whose corners all lie well within the window are passed
+// over: where no border is in view nothing is done but to look at those. The CPU cannot tell by the eyes' frustums, for
+// it knows of no depth.
 #ifdef FIND
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 #else
 layout(local_size_x = 256) in;
 #endif
 
+layout(binding = 0) uniform usampler2DArray eye_origin;
 layout(binding = 2) uniform sampler2DArray eye_depth;
 
 #include "gap_tiles.glsl"
@@ -16,22 +18,31 @@ layout(binding = 2) uniform sampler2DArray eye_depth;
 
 uniform float inverse_depth_scale;  // of its samples; 0: what is seen is known by direction alone
 
-/// The window's share of a pixel's colour: 1 within, 0 on the border.
-float share_of_window(ivec3 at) {
+/// Where in the window a pixel's point lies, by inverse planar depth.
+vec2 position_in_window(ivec3 at, float z) {
     EyeRays eye = eyes[at.z];
-    float z = inverse_depth_scale == 0.0 ? 0.0 : inverse_depth_scale * texelFetch(eye_depth, at, 0).x;
-    vec2 position = position_of(ray_of(eye, at.xy) + z * eye.eye.xyz), to_end = vec2(source_size) - position;
+    return position_of(ray_of(eye, at.xy) + z * eye.eye.xyz);
+}
+
+/// The window's share of such a pixel's colour: 1 within, 0 on the border and beyond.
+float share_of_window(vec2 position) {
+    vec2 to_end = vec2(source_size) - position;
     float inside = min(position.x, to_end.x);
     // Over a pole there is nothing to mix with.
     float rows_above = (quarter_turn - source_top) * rows_per_radian;
     float rows_below = (quarter_turn + source_top) * rows_per_radian - float(source_size.y);
     inside = rows_above > 0.5 ? min(inside, position.y) : inside;
     inside = rows_below > 0.5 ? min(inside, to_end.y) : inside;
-    return isnan(z) ? 1.0 : clamp(inside / MIXED_PX, 0.0, 1.0);
+    return isnan(inside) ? 1.0 : clamp(inside / MIXED_PX, 0.0, 1.0);
+}
+
+/// 1 / m; far away where nobody knows.
+float known(float scale, float inverse) {
+    return scale == 0.0 || isnan(inverse) ? 0.0 : scale * inverse;
 }
 
 #ifdef FIND
-layout(binding = 0) uniform usampler2DArray eye_origin;
+uniform int knows_gaps;  // 1: eye_depth is also that of gaps; 0: what it has there is of no use
 
 void main() {
     ivec3 tile = ivec3(gl_GlobalInvocationID);
@@ -39,38 +50,52 @@ void main() {
         return;
     ivec2 first = tile.xy * TILE_SIDE, last = min(first + TILE_SIDE, textureSize(eye_origin, 0).xy) - 1;
     float least = 1.0;
-    for (int k = 0; k < 4; ++k)
-        least = min(least, share_of_window(ivec3(first + (last - first) * ivec2(k & 1, k >> 1), tile.z)));
+    for (int k = 0; k < 4; ++k) {
+        ivec3 at = ivec3(first + (last - first) * ivec2(k & 1, k >> 1), tile.z);
+        bool is_known = knows_gaps != 0 || texelFetch(eye_origin, at, 0).x != ORIGIN_GAP;
+        float z = is_known ? known(inverse_depth_scale, texelFetch(eye_depth, at, 0).x) : 0.0;
+        least = min(least, share_of_window(position_in_window(at, z)));
+    }
     tile_states[tile_number(tile)] = least < 1.0 ? WITH_GAPS : NOT_THERE;
 }
 #else
-bool listed_pixel(ivec2 size, out ivec3 at) {
-    return listed_cell(1, TILE_SHIFT, at) && all(lessThan(at.xy, size));
-}
+#include "mirror_planes.glsl"
 
-#ifdef OPEN
-layout(binding = 0) uniform usampler2DArray eye_origin;
-layout(binding = 1, r8ui) uniform writeonly uimage2DArray mixed_origin;
-
-void main() {
-    ivec3 at;
-    if (!listed_pixel(imageSize(mixed_origin).xy, at))
-        return;
-    // What others filled already shows what lies beyond the window.
-    bool is_mixed = texelFetch(eye_origin, at, 0).x == ORIGIN_SOURCE && share_of_window(at) < 1.0;
-    imageStore(mixed_origin, at, uvec4(is_mixed ? ORIGIN_GAP : ORIGIN_SOURCE));
-}
-#else
-layout(binding = 0) uniform sampler2DArray base_colour;
-layout(binding = 3) uniform usampler2DArray mixed_origin;
+layout(binding = 1) uniform sampler2DArray base_colour;
+layout(binding = 3) uniform usampler2DArray base_origin;
+layout(binding = 4) uniform sampler2DArray base_depth;
 layout(binding = 0, rgba8) uniform image2DArray eye_colour;
+layout(binding = 1, r8ui) uniform writeonly uimage2DArray filled_origin;  // the same as eye_origin
+layout(binding = 2, r32f) uniform writeonly image2DArray filled_depth;    // the same as eye_depth
+
+uniform float base_depth_scale;  // as inverse_depth_scale
+uniform int fills_gaps;          // 1: gaps; 0: what the window coloured, and not alone
+uniform int finds_depth;         // 1: with a gap's colour its depth is taken over
+uniform int knows_mirrors;       // 1: the window has a mask of them
 
 void main() {
     ivec3 at;
-    if (!listed_pixel(imageSize(eye_colour).xy, at) || texelFetch(mixed_origin, at, 0).x != ORIGIN_BASE)
+    if (!listed_cell(1, TILE_SHIFT, at) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)) ||
+        texelFetch(base_origin, at, 0).x != ORIGIN_SOURCE)
         return;
-    vec3 base = texelFetch(base_colour, at, 0).rgb, window = imageLoad(eye_colour, at).rgb;
-    imageStore(eye_colour, at, vec4(mix(base, window, share_of_window(at)), 1.0));
+    vec3 base = texelFetch(base_colour, at, 0).rgb;
+    if (texelFetch(eye_origin, at, 0).x != (fills_gaps != 0 ? ORIGIN_GAP : ORIGIN_SOURCE))
+        return;
+    if (fills_gaps == 0) {
+        float z = known(inverse_depth_scale, texelFetch(eye_depth, at, 0).x);
+        float share = share_of_window(position_in_window(at, z));
+        if (share < 1.0)
+            imageStore(eye_colour, at, vec4(mix(base, imageLoad(eye_colour, at).rgb, share), 1.0));
+        return;
+    }
+    float z = texelFetch(base_depth, at, 0).x;
+    vec2 position = position_in_window(at, known(base_depth_scale, z));
+    // What mirrors of the window show is not on them.
+    if (knows_mirrors != 0 && is_covered(position) && is_specular(clamp(ivec2(position), ivec2(0), source_size - 1)))
+        return;
+    imageStore(eye_colour, at, vec4(base, 1.0));
+    imageStore(filled_origin, at, uvec4(ORIGIN_BASE));
+    if (finds_depth != 0)
+        imageStore(filled_depth, at, vec4(base_depth_scale == 0.0 ? UNKNOWN : z));
 }
-#endif
 #endif

@@ -106,11 +106,12 @@ struct FillViews {
         for (const Source& other : from.earlier)
             earlier.push_back(other.view());
     }
-    FillInputs inputs(double error_budget_px) const {
+    FillInputs inputs(double error_budget_px, const BaseEngine& base_engine) const {
         const auto address = [](const auto& view) { return view ? &*view : nullptr; };
         return {.main = &main,
                 .small = address(small),
                 .base = address(base),
+                .base_engine = &base_engine,
                 .earlier = earlier,
                 .hidden = address(hidden),
                 .patches = address(patches),
@@ -129,12 +130,9 @@ class Reprojector {
 public:
     Reprojector(const std::string& method, const std::string& fill, std::optional<double> error_budget_px,
                 const std::string& mirrors)
-        : steps_(method,
-                 error_budget_px
-                     ? EngineOptions{.error_budget_px = *error_budget_px, .source_depth_budget_px = *error_budget_px}
-                     : EngineOptions{},
-                 find_mirror_treatment(mirrors)),
-          chain_(make_fill_chain(fill)), error_budget_px_(error_budget_px.value_or(default_error_budget_px)) {}
+        : steps_(method, options_of(error_budget_px), find_mirror_treatment(mirrors)),
+          base_engine_(method, options_of(error_budget_px)), chain_(make_fill_chain(fill)),
+          error_budget_px_(error_budget_px.value_or(default_error_budget_px)) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const {
         return steps_.engine().needs_depth(source, eye);
@@ -160,8 +158,10 @@ public:
             steps_.set_source(views.main);
             specular = steps_.reproject(eye, picture);
             origin_before_fill = picture.origin;
+            if (views.base)
+                base_engine_.set_base(*views.base);
             for (const auto& fill_pass : chain_)
-                fill_pass->set_frame(views.inputs(error_budget_px_));
+                fill_pass->set_frame(views.inputs(error_budget_px_, base_engine_));
             filled = fill_gaps(chain_, eye, picture);
             const ReliabilityOptions options =
                 confidence_options(assess.depth_tolerance_w, assess.coding_loss, steps_.mirrors());
@@ -188,6 +188,11 @@ public:
     }
 
 private:
+    static EngineOptions options_of(const std::optional<double>& error_budget_px) {
+        if (!error_budget_px)
+            return {};
+        return {.error_budget_px = *error_budget_px, .source_depth_budget_px = *error_budget_px};
+    }
     static nb::dict counts_of(const SpecularCounts& counts) {
         nb::dict words;
         words["kept"] = counts.kept;
@@ -199,6 +204,7 @@ private:
 
     Waiting waiting_{"Reprojector"};
     EyeSteps steps_;
+    BaseEngine base_engine_;
     FillChain chain_;
     double error_budget_px_;
 };

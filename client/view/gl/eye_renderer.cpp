@@ -53,7 +53,7 @@ struct EyeRenderer::Geometry {
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, const std::string& fill,
                          std::string_view finding_engine)
-    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr),
+    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr), engine_(finding_engine),
       turn_(ResampleRule::direction, default_error_budget_px),
       surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get()),
                finder_ == nullptr ? default_error_budget_px : finder_->engine->traits().error_budget_px),
@@ -74,6 +74,9 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     const std::size_t next = is_first ? current_ : 1 - current_;
     frames_[next].upload(std::move(frame));
     specular_[next].upload(frames_[next].main().view);
+    if (finder_ != nullptr && base_engine_ == nullptr && frames_[next].base() != nullptr &&
+        fills_from(TrackRole::window))
+        base_engine_ = make_eye_depth_from_source(engine_);
     current_ = next;
     extrapolation_s_ = 0;
     if (geometry_ != nullptr) {
@@ -81,6 +84,8 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
         geometry_->set_time(this->frame().main.info.time_s);
     } else if (finder_ != nullptr) {
         finder_->engine->forget_source();
+        if (base_engine_ != nullptr)
+            base_engine_->forget_source();
     }
     extrapolator_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
@@ -241,7 +246,7 @@ SpecularSource EyeRenderer::mirroring() {
             is_extrapolated_ ? extrapolator_.extrapolated_specular() : specular_[current_]};
 }
 
-GlFillFrame EyeRenderer::fill_frame() {
+GlFillFrame EyeRenderer::fill_frame(bool by_surface) {
     const auto picture = [](const UploadedPicture* other, PixelOrigin mark) -> std::optional<OtherPicture> {
         if (other == nullptr)
             return std::nullopt;
@@ -253,6 +258,7 @@ GlFillFrame EyeRenderer::fill_frame() {
                      .hidden = picture(current().hidden(), PixelOrigin::hidden),
                      .small = picture(current().small(), PixelOrigin::small),
                      .earlier = picture(before != nullptr ? &before->main() : nullptr, PixelOrigin::earlier),
+                     .see_base = [this, by_surface] { return see_base(by_surface); },
                      .found = finder_ != nullptr ? &finder_->gaps : nullptr,
                      .mirrors = mirroring(),
                      .mirrors_earlier = std::nullopt,
@@ -267,8 +273,27 @@ GlFillFrame EyeRenderer::fill_frame() {
     return from;
 }
 
-void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
-    const GlFillFrame from = fill_frame();
+SeenBase EyeRenderer::see_base(bool by_surface) {
+    const UploadedPicture& base = *current().base();
+    const bool has_depth = base.textures.depth() != 0;
+    base_targets_.size_for(eyes_.front().camera, int(eyes_.size()));
+    EyeDepth found;
+    if (by_surface && geometry_ != nullptr) {
+        found = has_depth ? eyes_depth() : EyeDepth{};
+    } else if (by_surface && (has_depth || !base_engine_->traits().needs_depth)) {
+        // What it was to find at the last refresh may have been left out on the GPU.
+        if (base_engine_->traits().needs_depth)
+            base_engine_->forget_source();
+        base_engine_->find(base.view, base.textures, eyes_);
+        found = base_engine_->depth();
+    }
+    (found.texture != 0 ? surface_ : turn_).reproject(base.view, base.textures, eyes_, found, base_targets_);
+    const bool is_known = geometry_ != nullptr || (base_engine_ != nullptr && base_engine_->traits().is_known);
+    return {base_targets_, is_known ? found : EyeDepth{}};
+}
+
+void EyeRenderer::fill(const EyeDepth& depth, bool by_surface, const EyeTargets& targets) {
+    const GlFillFrame from = fill_frame(by_surface);
     for (const auto& pass : chain_) {
         gaps_.find(targets);
         pass->fill(from, {eyes_, depth, gaps_, targets});
@@ -293,7 +318,8 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     targets.size_for(eyes_.front().camera, int(eyes_.size()));
     const UploadedPicture& main = current().main();
     const EyeDepth known = options.surface ? depth() : EyeDepth{};
-    if (const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{}; found.texture != 0)
+    const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{};
+    if (found.texture != 0)
         surface_.reproject(main.view, resampled(), eyes_, found, targets);
     else if (current().right() != nullptr)
         turn_apart(options.right_alone, targets);
@@ -304,12 +330,12 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         finder_->engine->forget_gaps(targets);
     times.mark(RenderStage::reproject);
     if (options.fill)
-        fill(known, targets);
+        fill(known, found.texture != 0, targets);
     times.mark(RenderStage::fill);
     if (options.reliability) {
-        const bool found = known.texture != 0 && finder_ != nullptr;
+        const bool is_found = known.texture != 0 && finder_ != nullptr;
         reliability_.estimate(mirroring(), {eyes_, known, targets},
-                              confidence_options(frame().main.info, found, options.mirrors));
+                              confidence_options(frame().main.info, is_found, options.mirrors));
     }
     if (options.motion && !frame().main.info.moving.empty()) {
         has_motion_ = true;

@@ -20,6 +20,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -52,8 +53,8 @@ private:
 
 // A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
 // scene's geometry (engine `eye-depth`) or by the frame's own or without (one that finds it), engine, mirrors, gaps
-// and reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for
-// and is kept. The context it was made in is current in every call.
+// and reliability, all on the GPU; shaders are compiled when it is made, those of a base's engine when the first base
+// comes, storage there grows with what is asked for and is kept. The context it was made in is current in every call.
 
 /// How a refresh is drawn.
 struct RefreshOptions {
@@ -136,13 +137,18 @@ private:
     /// What fill passes look up of the frame whose depth the scene's geometry gives.
     std::array<UploadedPicture*, 2> looked_up_beside();
     bool fills_from(TrackRole role) const;
-    void fill(const EyeDepth& depth, const EyeTargets& targets);
-    GlFillFrame fill_frame();
+    /// `by_surface`: the eyes looked the main picture up by depth.
+    void fill(const EyeDepth& depth, bool by_surface, const EyeTargets& targets);
+    GlFillFrame fill_frame(bool by_surface);
+    /// What eyes see of the base alone, as they would of a main picture.
+    SeenBase see_base(bool by_surface);
     /// The main picture of the frame that is shown, as it is looked up.
     SpecularSource mirroring();
 
     std::unique_ptr<Geometry> geometry_;
-    std::unique_ptr<Finder> finder_;  ///< without geometry, where the engine finds depth
+    std::unique_ptr<Finder> finder_;               ///< without geometry, where the engine finds depth
+    std::string engine_;                           ///< the finder's
+    std::unique_ptr<EyeDepthFinder> base_engine_;  ///< another of these, once a base has come
     std::shared_ptr<PqDisplay> pq_display_;
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
@@ -154,6 +160,7 @@ private:
     MotionView motion_;
     Resample turn_, surface_;
     EyeTargets one_eye_;                        ///< for turn_apart
+    EyeTargets base_targets_;                   ///< for see_base
     std::array<SpecularTextures, 2> specular_;  ///< of frames_
     Mirrors mirrors_;
     GapTiles gaps_;

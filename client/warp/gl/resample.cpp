@@ -58,11 +58,7 @@ Resample::Resample(ResampleRule rule, double error_budget_px)
       listed_("resample.glsl", defines(rule)), no_vertices_(make_vertex_array()) {}
 
 void Resample::draw_first(const EyeTargets& targets) const {
-    for (const GLenum off : {GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP,
-                             GL_RASTERIZER_DISCARD})
-        glDisable(off);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    write_all_pixels();
     glBindFramebuffer(GL_FRAMEBUFFER, targets.framebuffer());
     glViewport(0, 0, targets.size().width, targets.size().height);
     glBindVertexArray(no_vertices_.name());

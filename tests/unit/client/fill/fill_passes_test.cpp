@@ -5,8 +5,12 @@
 #include <equistream/rec709.h>
 #include <equistream/window.h>
 
+#include <client/pipeline/cpu_pipeline.h>
+#include <client/stages/stages.h>
+
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -207,8 +211,10 @@ struct WindowScene {
         const auto made = make_engine(engine);
         made->set_source(window_view);
         made->reproject(eye, picture);
+        BaseEngine base_engine(engine, {});
+        base_engine.set_base(base_view);
         const FillChain chain = make_fill_chain("base");
-        chain[0]->set_frame({.main = &window_view, .base = &base_view});
+        chain[0]->set_frame({.main = &window_view, .base = &base_view, .base_engine = &base_engine});
         before = picture;
         Gaps gaps(picture.origin.view());
         chain[0]->fill(eye, picture, gaps);
@@ -231,6 +237,50 @@ TEST(BasePass, ShowsWhatLiesBeyondTheWindow) {
                         worst = std::max(worst,
                                          std::abs(scene.picture.rgba.pixel(x, y)[c] - scene.truth.rgb.pixel(x, y)[c]));
         EXPECT_LE(worst, 4) << evidence(scene.picture.rgb().view(), scene.truth.rgb.view());
+    }
+}
+
+/// Of a window behind the head, by each engine and with all that comes before and after.
+TEST(BasePass, ShowsBeyondTheWindowWhatTheBaseAloneGives) {
+    const Pose centre;
+    const auto picture = [&](const Camera& camera, const Pose& pose) {
+        const Rendered rendered = render(ball_and_wall, red_and_smooth, camera, pose);
+        ReceivedPicture made;
+        made.info.camera = camera;
+        made.info.camera_pose = pose;
+        made.rgb = rendered.rgb;
+        made.depth_m = rendered.depth_m;
+        return made;
+    };
+    const PerspectiveCamera camera{320, 200, pi / 2};
+    ReceivedFrame frame, alone;
+    frame.main = picture(window_camera(WindowScene::grid, window_around(WindowScene::grid, {0, 0, 1})), centre);
+    frame.base = alone.main = picture(EquirectCamera{384, 192, {}}, centre);
+    PipelineEye left, right;
+    left.camera = right.camera = camera;
+    left.pose.position_m = {-0.06, 0.01, 0};
+    right.pose.position_m = {0.06, 0.01, 0};
+    for (const PipelineEye* eye : {&left, &right})
+        frame.depth_views.push_back(picture(camera, eye->pose));
+    alone.depth_views = frame.depth_views;
+    for (const EngineStage& engine : engine_stages()) {
+        SCOPED_TRACE(engine.name);
+        CpuPipeline pipeline;
+        pipeline.use(PipelineWays{.engine = std::string(engine.name)});
+        pipeline.offer_planes();
+        PipelineTimes times;
+        pipeline.render(alone, left, right, 0, times);
+        const std::array expected = {left.picture, right.picture};
+        pipeline.render(frame, left, right, 0, times);
+        for (const auto& [found, of_base] :
+             {std::pair(&left.picture, &expected[0]), std::pair(&right.picture, &expected[1])}) {
+            EXPECT_TRUE(std::ranges::equal(found->rgba.samples(), of_base->rgba.samples()))
+                << evidence(found->rgb().view(), of_base->rgb().view());
+            EXPECT_EQ(found->count(PixelOrigin::base), of_base->count(PixelOrigin::source));
+            EXPECT_EQ(found->count(PixelOrigin::source), 0);
+            EXPECT_EQ(of_base->count(PixelOrigin::push_pull) > 0, engine.needs.any() && engine.name != "mesh-plain")
+                << "the ball hides some of the wall";
+        }
     }
 }
 

@@ -227,9 +227,11 @@ public:
         const std::array earlier = {source_view(before.main, before_m)};
         std::optional<SourceView> base, hidden, small;
         FloatImage base_m;
+        BaseEngine base_engine(engine_, {});
         if (frame.base) {
             base_m = depth_of(*frame.base);
             base = source_view(*frame.base, base_m);
+            base_engine.set_base(*base);
         }
         if (frame.hidden)
             hidden = source_view(*frame.hidden, frame.hidden->depth_m);
@@ -259,6 +261,7 @@ public:
             fill_pass->set_frame({.main = &main,
                                   .small = small ? &*small : nullptr,
                                   .base = base ? &*base : nullptr,
+                                  .base_engine = &base_engine,
                                   .earlier = earlier,
                                   .hidden = hidden ? &*hidden : nullptr,
                                   .patches = patches ? &*patches : nullptr,

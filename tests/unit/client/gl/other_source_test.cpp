@@ -158,6 +158,60 @@ TEST_P(GlWindow, ShowsWithTheSphereAroundWhatTheCpuShows) {
         }
 }
 
+/// A window that no eye sees.
+TEST_P(GlWindow, ShowsBeyondItWhatTheSphereAloneGives) {
+    const Frame frame = make_window_frame(0, 25, streamed());
+    const auto alone = std::make_shared<ReceivedFrame>();
+    alone->main = *frame->base;
+    const double radius_m = head_box_radius(frame->main.info);
+    const auto eyes = eyes_at({{0.02, 0.005, 0.01}, {1, 0, 0, 0}});
+    gl::EyeRenderer with_window(geometry(), radius_m), without(geometry(), radius_m);
+    const auto found = seen(with_window, std::array<Frame, 1>{frame}, eyes),
+               expected = seen(without, std::array<Frame, 1>{alone}, eyes);
+    // By the scene's geometry a frame's main picture has its depth drawn by other views than its base.
+    const auto [min_db, other_origins] =
+        geometry() == nullptr ? std::pair(100.0, 0.0) : std::pair(Limits{}.min_db, 0.003 * 320 * 200);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), min_db);
+        EXPECT_NEAR(double(found[i].count(PixelOrigin::base)), double(expected[i].count(PixelOrigin::source)),
+                    other_origins);
+        EXPECT_EQ(found[i].count(PixelOrigin::source), 0);
+    }
+}
+
+/// Of eyes that look into the middle of the window nothing of the sphere around is drawn, nor looked up.
+TEST_P(GlWindow, LeavesTheSphereAloneWhereItIsNotSeen) {
+    gl::EyeRenderer renderer(geometry(), head_box_radius(make_window_frame(0, 0, streamed())->main.info));
+    gl::StageTimes times;
+    gl::EyeTargets targets;
+    renderer.show(make_window_frame(0, 0, streamed()), times);
+    GLuint name = 0;
+    glCreateQueries(GL_PRIMITIVES_GENERATED, 1, &name);
+    const gl::Query drawn(name);
+    const auto primitives = [&](double fov_x_rad) {
+        auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+        for (EyeView& eye : eyes)
+            eye.camera.fov_x_rad = fov_x_rad;
+        GLuint count = 0;
+        // The first time something is made.
+        for (int i = 0; i < 2; ++i) {
+            renderer.look(eyes, true, times);
+            glBeginQuery(GL_PRIMITIVES_GENERATED, name);
+            renderer.draw({}, targets, times);
+            glEndQuery(GL_PRIMITIVES_GENERATED);
+            glGetQueryObjectuiv(name, GL_QUERY_RESULT, &count);
+            EyePicture picture;
+            targets.download(0, picture);
+            EXPECT_EQ(picture.count(PixelOrigin::base) > 0, fov_x_rad > 1);
+        }
+        return count;
+    };
+    const GLuint of_window = primitives(0.5);
+    EXPECT_EQ(of_window, 2u) << "what covers each eye's picture";
+    EXPECT_GT(primitives(pi / 2), of_window + 2);
+    EXPECT_EQ(primitives(0.5), of_window);
+}
+
 /// Once all was drawn, while the window stays: a mesh is made anew where it moves.
 TEST_P(GlWindow, MakesNothingAnew) {
     const std::array frames = {make_window_frame(0, 0, streamed()), make_window_frame(1, 0, streamed())};
