@@ -1,4 +1,11 @@
 #include "decoded_pictures.h"
+#include "feeds.h"
+
+#include <client/warp/engine.h>
+#include <equistream/bound.h>
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <glm/vec2.hpp>
 #include <tbb/parallel_for.h>
@@ -147,11 +154,187 @@ DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing) {
     const glm::ivec2 size = stacked ? glm::ivec2(picture.width, half) : glm::ivec2(half, picture.height);
     const ByteImage both_rgb = std::exchange(picture.rgb, {});
     DecodedPicture right = picture;
-    right.decode_ms = right.convert_ms = 0;  // which the left one tells of
+    right.decode_ms = right.convert_ms = 0;  // the left one has them
     right.bytes = 0;
     keep(right, both_rgb, stacked ? glm::ivec2(0, second) : glm::ivec2(second, 0), size);
     keep(picture, both_rgb, {0, 0}, size);
     return right;
+}
+
+namespace {
+
+std::size_t yuv_bytes(const DecodedPicture& picture) {
+    return std::size_t(picture.width) * std::size_t(picture.height) * 3 / 2;
+}
+
+/// A tile says no more of a frame than how it was coded and where it lies.
+FrameInfo of_frame(FrameInfo&& tile, const FrameInfo& main) {
+    FrameInfo info = main;
+    info.camera = tile.camera;
+    info.depth_code = tile.depth_code;
+    info.crf = tile.crf;
+    info.coding_loss = tile.coding_loss;
+    info.moving.clear();
+    return info;
+}
+
+bool has_distances_of(const ReceivedPicture& base, const ReceivedPicture& tile) {
+    return (base.depth_m.empty() || !tile.depth_m.empty()) && (base.specular.empty() || !tile.specular.empty());
+}
+
+void add_times(const ReceivedPicture& from, ReceivedPicture& to) {
+    to.decode_ms += from.decode_ms;
+    to.convert_ms += from.convert_ms;
+}
+
+void guide_depth(ReceivedPicture& picture) {
+    const auto start = Clock::now();
+    const DepthAgreement agreement{float(picture.info.depth_code->range.box_radius_m),
+                                   float(std::sin(error_budget_rad(default_focal_length_px)))};
+    const ByteImage luma = !picture.pq.empty()   ? luma_of(picture.pq.planes)
+                           : picture.yuv.empty() ? luma_of(picture.rgb.view())
+                                                 : ByteImage();
+    picture.depth_m = guided_depth(picture.depth_m.view(), picture.yuv.empty() ? luma.view() : picture.yuv.planes.y,
+                                   agreement, columns_close(picture.info.camera));
+    picture.convert_ms += milliseconds_since(start);
+}
+
+}  // namespace
+
+std::size_t DecodedPictures::bytes() const {
+    std::size_t sum = 0;
+    for (const auto& picture : by_role)
+        if (picture)
+            sum += picture->rgb.samples().size() + picture->depth_m.samples().size_bytes() +
+                   (picture->yuv.empty() ? 0 : yuv_bytes(*picture)) +
+                   (picture->pq.empty() ? 0 : 2 * yuv_bytes(*picture));
+    return sum;
+}
+
+ReceivedFrame FrameMaker::make(DecodedFrame partial) {
+    ReceivedFrame frame;
+    frame.posed = partial.posed;
+    frame.main = *give(partial, TrackRole::main, partial.posed);
+    if (partial.right)
+        frame.right = received(std::move(*partial.right));
+    if (frame.right)
+        frame.main.convert_ms += frame.right->convert_ms;
+    if (partial.posed) {
+        give_images(partial, frame.main, TrackRole::reflections);
+        frame.small = give(partial, TrackRole::small);
+        frame.hidden = give(partial, TrackRole::hidden);
+        frame.patches = give(partial, TrackRole::patches);
+        require_patches_of_main(source_, frame);
+        if (auto window = give_window(partial))
+            look_through_window(source_, std::move(*window), frame);
+        give_tiles(partial, frame);
+    }
+    return frame;
+}
+
+std::optional<ReceivedPicture> FrameMaker::give_window(DecodedPictures& pictures) {
+    std::optional<ReceivedPicture> window = give(pictures, TrackRole::window);
+    if (window)
+        give_images(pictures, *window, TrackRole::window_reflections);
+    return window;
+}
+
+/// Tiles of the whole sphere need no base around them. A tile without the distances that the base has would take them
+/// from all others, and is left out.
+void FrameMaker::give_tiles(DecodedFrame& partial, ReceivedFrame& frame) {
+    std::vector<ReceivedPicture> tiles;
+    for (auto& [place, pictures] : partial.tiles)
+        if (auto tile = give_window(pictures); tile && has_distances_of(frame.main, *tile)) {
+            tile->info = of_frame(std::move(tile->info), frame.main.info);
+            tiles.push_back(std::move(*tile));
+        }
+    if (tiles.empty())
+        return;
+    const auto start = Clock::now();
+    const std::string where = source_ + ": frame " + std::to_string(frame.main.info.index) + " of window";
+    ReceivedPicture all = join_tiles(where, std::move(tiles), frame.main, options_.memory.get());
+    all.convert_ms += milliseconds_since(start);
+    const auto& camera = std::get<EquirectCamera>(all.info.camera);
+    const bool is_whole = camera.range.is_full_sphere();
+    look_through_window(source_, std::move(all), frame);
+    if (is_whole)
+        add_times(*std::exchange(frame.base, std::nullopt), frame.main);
+}
+
+ReceivedPicture FrameMaker::received(DecodedPicture&& colour) {
+    ReceivedPicture picture;
+    picture.info = std::move(*colour.info);
+    picture.rgb = std::move(colour.rgb);
+    picture.yuv = std::move(colour.yuv);
+    picture.pq = std::move(colour.pq);
+    picture.decoder = colour.decoder;
+    picture.decode_ms = colour.decode_ms;
+    picture.convert_ms = colour.convert_ms;
+    bring_to_display(picture);
+    return picture;
+}
+
+/// One view with its depth, where that came too.
+std::optional<ReceivedPicture> FrameMaker::give(DecodedPictures& pictures, TrackRole role, bool posed) {
+    std::optional<DecodedPicture>& colour = pictures.picture(role);
+    if (!colour)
+        return std::nullopt;
+    count_(*colour);
+    ReceivedPicture picture = received(std::move(*colour));
+    const auto depth_role = depth_role_of(role);
+    if (!depth_role || !posed || !pictures.picture(*depth_role))
+        return picture;
+    DecodedPicture& depth = *pictures.picture(*depth_role);
+    require_same_view(picture, depth);
+    count_(depth);
+    picture.depth_m = std::move(depth.depth_m);
+    picture.info.depth_code = depth.info->depth_code;
+    if (picture.info.depth_code->halved)
+        guide_depth(picture);
+    picture.decode_ms += depth.decode_ms;
+    picture.convert_ms += depth.convert_ms;
+    return picture;
+}
+
+void FrameMaker::bring_to_display(ReceivedPicture& picture) {
+    if (picture.pq.empty() && options_.hdr_display)
+        throw InputError(expected_found(
+            source_, "an HDR stream (PQ by BT.2020, of even sides), for a display, a view or an exposure to be chosen",
+            "another"));
+    if (picture.pq.empty() || options_.pq)
+        return;
+    const auto start = Clock::now();
+    if (!display_)
+        display_ = options_.hdr_display ? options_.hdr_display : std::make_shared<const HdrDisplay>();
+    picture.rgb = quantise_8bit(display_->to_display(pq_to_rgb(picture.pq.planes).view()).view());
+    picture.pq = {};
+    picture.convert_ms += milliseconds_since(start);
+}
+
+/// Mirrors and glass of a picture, where they came as the track of this role.
+void FrameMaker::give_images(DecodedPictures& pictures, ReceivedPicture& picture, TrackRole role) {
+    std::optional<DecodedPicture>& images = pictures.picture(role);
+    if (!images)
+        return;
+    require_same_view(picture, *images);
+    count_(*images);
+    picture.specular = FloatImage(images->width, images->height, 1);
+    std::ranges::transform(images->depth_m.samples(), picture.specular.samples().begin(),
+                           [](float distance_m) { return std::isnan(distance_m) ? 0.0f : 1.0f; });
+    picture.virtual_depth_m = std::move(images->depth_m);
+    picture.decode_ms += images->decode_ms;
+    picture.convert_ms += images->convert_ms;
+}
+
+void FrameMaker::require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const {
+    const std::string where =
+        source_ + ": frame " + std::to_string(colour.info.index) + " of " + track_name(depth.role);
+    if (depth.width != colour.width() || depth.height != colour.height())
+        throw WorkError(expected_found(where, size_text(colour.width(), colour.height()) + " as its colour has",
+                                       size_text(depth.width, depth.height)));
+    if (!same_camera(depth.info->camera, colour.info.camera) ||
+        !same_pose(depth.info->camera_pose, colour.info.camera_pose))
+        throw WorkError(expected_found(where, "the camera and pose of its colour", "others"));
 }
 
 }  // namespace equistream

@@ -1,9 +1,20 @@
 #pragma once
 /// What decoded pictures are turned into before they are given out.
+#include "receive.h"
+
 #include <equistream/depth_agreement.h>
 #include <equistream/image.h>
 #include <equistream/stream.h>
 #include <equistream/yuv.h>
+
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace equistream {
 
@@ -25,10 +36,62 @@ ByteImage luma_of(const PqView& planes);
 FloatImage guided_depth(ImageView<const float> depth_m, ImageView<const std::uint8_t> luma,
                         const DepthAgreement& agreement, bool closes);
 
+// Tiles (window.h), each of which came as a picture of its own.
+
+/// One window that holds all tiles that came, at least one; where one between them did not, the base's nearest pixels
+/// stand in for it. Pixels lie in `memory`, unless that is null or has no room. Times add up. Throws WorkError unless
+/// all are parts of one sphere, seen from one place. Pure.
+ReceivedPicture join_tiles(const std::string& where, std::vector<ReceivedPicture> tiles, const ReceivedPicture& base,
+                           PictureMemory* memory);
+
 // Other people's stereo video, which has both eyes in each picture.
 
 /// Leaves the left eye's half of what `packing` (not none) has both eyes in, the upper one or the left one, and gives
 /// the right eye's. Planes are not copied.
 DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing);
+
+// All that came of a frame, made into what is given out.
+
+/// By role, each of them or none.
+struct DecodedPictures {
+    std::array<std::optional<DecodedPicture>, track_role_count> by_role;
+
+    std::optional<DecodedPicture>& picture(TrackRole role) { return by_role[std::size_t(role)]; }
+    const std::optional<DecodedPicture>& picture(TrackRole role) const { return by_role[std::size_t(role)]; }
+    /// Of their samples.
+    std::size_t bytes() const;
+};
+
+/// Of one frame.
+struct DecodedFrame : DecodedPictures {
+    std::map<std::pair<double, double>, DecodedPictures> tiles;  ///< by their first longitude and their last latitude
+    std::optional<DecodedPicture> right;                         ///< of foreign stereo video
+    bool posed = true;                                           ///< false for foreign video
+};
+
+/// One stream's. `options` are its feed's; `count` is told of each picture that is used. One thread.
+class FrameMaker {
+public:
+    FrameMaker(std::string source, const FeedOptions& options, std::function<void(const DecodedPicture&)> count)
+        : source_(std::move(source)), options_(options), count_(std::move(count)) {}
+
+    /// `frame` has its main picture, and every picture its info. Throws WorkError where pictures do not belong
+    /// together, InputError where FeedOptions::hdr_display was given for what is not HDR.
+    ReceivedFrame make(DecodedFrame frame);
+
+private:
+    std::optional<ReceivedPicture> give(DecodedPictures& pictures, TrackRole role, bool posed = true);
+    std::optional<ReceivedPicture> give_window(DecodedPictures& pictures);
+    void give_tiles(DecodedFrame& pictures, ReceivedFrame& frame);
+    void give_images(DecodedPictures& pictures, ReceivedPicture& picture, TrackRole role);
+    ReceivedPicture received(DecodedPicture&& colour);
+    void bring_to_display(ReceivedPicture& picture);
+    void require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const;
+
+    std::string source_;
+    const FeedOptions& options_;
+    std::function<void(const DecodedPicture&)> count_;
+    std::shared_ptr<const HdrDisplay> display_;  // of HDR pictures; null until the first one
+};
 
 }  // namespace equistream

@@ -30,8 +30,10 @@ public:
     /// Takes what it can of the bytes without waiting; false: they are lost.
     using Connection = std::function<bool(std::span<const std::uint8_t>)>;
 
-    /// At most 30 times a second, and no head twice. Whether it was sent.
+    /// At most 30 times a second, and no head twice that shows the same. Whether it was sent.
     bool send(const ViewerPose& pose);
+    /// What the viewer shows, which goes with its poses from now on.
+    void look_through(const PerspectiveCamera& view);
 
     /// What is sent goes there from now on; null: nowhere.
     void use(Connection connection);
@@ -39,6 +41,7 @@ public:
 private:
     std::mutex mutex_;
     Connection connection_;
+    std::optional<ViewExtent> view_, last_view_;
     std::optional<Pose> last_;
     std::chrono::steady_clock::time_point last_at_;
 };

@@ -69,7 +69,7 @@ public:
             auto first = waiting_.extract(waiting_.begin());
             if (first.mapped().picture(TrackRole::main)) {
                 last_given_ = first.key();
-                return finish(std::move(first.mapped()));
+                return maker_.make(std::move(first.mapped()));
             }
             // The main picture is lost: the others alone show nothing.
         }
@@ -78,8 +78,13 @@ public:
     std::string truncation() const override { return reader_.truncation(); }
     std::vector<FeedTrack> tracks() const override {
         std::vector<FeedTrack> given;
-        for (const Track& track : tracks_)
-            given.push_back({track_name(track.role), track.given_pictures, track.given_bytes});
+        for (const Track& track : tracks_) {
+            auto same = std::ranges::find(given, track_name(track.role), &FeedTrack::name);
+            if (!is_tile(track) || same == given.end())
+                same = given.insert(given.end(), {track_name(track.role), 0, 0});
+            same->pictures += track.given_pictures;
+            same->bytes += track.given_bytes;
+        }
         return given;
     }
     std::optional<double> fraction_done() const override {
@@ -120,16 +125,6 @@ private:
         return [connection](std::span<std::uint8_t> bytes) { return connection->read(bytes); };
     }
 
-    /// What has come of one frame, by role.
-    struct Partial {
-        std::array<std::optional<DecodedPicture>, track_role_count> pictures;
-        std::optional<DecodedPicture> right;
-        bool posed = true;
-
-        std::optional<DecodedPicture>& picture(TrackRole role) { return pictures[std::size_t(role)]; }
-        const std::optional<DecodedPicture>& picture(TrackRole role) const { return pictures[std::size_t(role)]; }
-    };
-
     enum class Origin { unknown, ours, foreign };
     struct Track {
         TrackRole role = TrackRole::main;  // as the reader says
@@ -158,25 +153,38 @@ private:
         if (waiting_.empty())
             return false;
         const auto& [index, first] = *waiting_.begin();
-        for (const Track& track : tracks_)
-            if (is_expected(track) && !(track.origin == Origin::ours && first.picture(track.role)) &&
-                track.last <= index)
+        for (std::size_t i = 0; i < tracks_.size(); ++i) {
+            const Track& track = tracks_[i];
+            if (!is_expected(track))
+                continue;
+            if (is_tile(track) ? track.last < index && tile_goes_with(i, first)
+                               : !(track.origin == Origin::ours && first.picture(track.role)) && track.last <= index)
                 return holds_too_much();
+        }
         return true;
+    }
+
+    bool is_tile(const Track& track) const {
+        return may_be_tiled(track.role) && std::ranges::count(tracks_, track.role, &Track::role) > 1;
+    }
+    /// All tiles of a file do. A server sends those that are looked at, before the main picture that they go with.
+    bool tile_goes_with(std::size_t track, const DecodedFrame& frame) const {
+        const auto& main = frame.picture(TrackRole::main);
+        if (!reader_.is_live() || !main || !main->time_s)
+            return true;
+        constexpr double same_time_s = 0.002;  // containers round times, some to milliseconds
+        const std::optional<double> newest_s = reader_.newest_s(track);
+        return newest_s && *newest_s >= *main->time_s - same_time_s && tracks_.front().last <= main->info->index;
     }
 
     bool holds_too_much() const {
         std::size_t bytes = 0;
-        for (const auto& [index, partial] : waiting_)
-            for (const auto& picture : partial.pictures)
-                if (picture)
-                    bytes += picture->rgb.samples().size() + picture->depth_m.samples().size_bytes() +
-                             (picture->yuv.empty() ? 0 : yuv_bytes(*picture)) +
-                             (picture->pq.empty() ? 0 : 2 * yuv_bytes(*picture));
+        for (const auto& [index, partial] : waiting_) {
+            bytes += partial.bytes();
+            for (const auto& [place, tile] : partial.tiles)
+                bytes += tile.bytes();
+        }
         return waiting_.size() > max_held_frames || bytes > max_held_bytes;
-    }
-    static std::size_t yuv_bytes(const DecodedPicture& picture) {
-        return std::size_t(picture.width) * std::size_t(picture.height) * 3 / 2;
     }
 
     void take(std::optional<DecodedPicture> decoded) {
@@ -186,7 +194,7 @@ private:
                 take_for_foreign();
             return;
         }
-        for (std::size_t i = 0; i < tracks_.size(); ++i)
+        for (std::size_t i = 0; i < tracks_.size(); ++i)  // of those that are left out nothing comes
             tracks_[i].role = reader_.tracks()[i].role;
         Track& track = tracks_[decoded->track];
         track.judge_by(*decoded);
@@ -241,11 +249,27 @@ private:
         }
         if (index < options_.first_frame || index > options_.last_frame || index <= last_given_)
             return;
-        Partial& partial = waiting_[index];
+        DecodedFrame& partial = waiting_[index];
         partial.posed = posed;
         if (right)
             partial.right = std::move(right);
-        partial.picture(picture.role) = std::move(picture);
+        std::optional<DecodedPicture>& of_role = partial.picture(picture.role);
+        if (!is_tile(track)) {
+            of_role = std::move(picture);
+            return;
+        }
+        // Where the container has no names the first tile was taken for a window alone.
+        if (of_role)
+            keep_tile(*std::exchange(of_role, std::nullopt), partial);
+        keep_tile(std::move(picture), partial);
+    }
+    void keep_tile(DecodedPicture picture, DecodedFrame& partial) const {
+        const auto* camera = std::get_if<EquirectCamera>(&picture.info->camera);
+        if (camera == nullptr)
+            throw WorkError(expected_found(source_ + ": frame " + std::to_string(picture.info->index) + " of window",
+                                           "a part of a sphere", "a flat view"));
+        DecodedPictures& tile = partial.tiles[{camera->range.longitude_min, camera->range.latitude_max}];
+        tile.picture(picture.role) = std::move(picture);
     }
 
     /// Video without our data is taken for a full sphere, its pictures numbered as they come.
@@ -262,117 +286,6 @@ private:
         return info;
     }
 
-    ReceivedFrame finish(Partial partial) {
-        ReceivedFrame frame;
-        frame.posed = partial.posed;
-        frame.main = *give(partial, TrackRole::main);
-        if (partial.right)
-            frame.right = received(std::move(*partial.right));
-        if (frame.right)
-            frame.main.convert_ms += frame.right->convert_ms;
-        if (partial.posed) {
-            give_images(partial, frame.main, TrackRole::reflections);
-            frame.small = give(partial, TrackRole::small);
-            frame.hidden = give(partial, TrackRole::hidden);
-            frame.patches = give(partial, TrackRole::patches);
-            require_patches_of_main(source_, frame);
-            if (auto window = give(partial, TrackRole::window)) {
-                give_images(partial, *window, TrackRole::window_reflections);
-                look_through_window(source_, std::move(*window), frame);
-            }
-        }
-        return frame;
-    }
-
-    ReceivedPicture received(DecodedPicture&& colour) {
-        ReceivedPicture picture;
-        picture.info = std::move(*colour.info);
-        picture.rgb = std::move(colour.rgb);
-        picture.yuv = std::move(colour.yuv);
-        picture.pq = std::move(colour.pq);
-        picture.decoder = colour.decoder;
-        picture.decode_ms = colour.decode_ms;
-        picture.convert_ms = colour.convert_ms;
-        bring_to_display(picture);
-        return picture;
-    }
-
-    /// One view with its depth, where that came too.
-    std::optional<ReceivedPicture> give(Partial& partial, TrackRole role) {
-        std::optional<DecodedPicture>& colour = partial.picture(role);
-        if (!colour)
-            return std::nullopt;
-        count(*colour);
-        ReceivedPicture picture = received(std::move(*colour));
-        const auto depth_role = depth_role_of(role);
-        if (!depth_role || !partial.posed || !partial.picture(*depth_role))
-            return picture;
-        DecodedPicture& depth = *partial.picture(*depth_role);
-        require_same_view(picture, depth);
-        count(depth);
-        picture.depth_m = std::move(depth.depth_m);
-        picture.info.depth_code = depth.info->depth_code;
-        if (picture.info.depth_code->halved)
-            guide_depth(picture);
-        picture.decode_ms += depth.decode_ms;
-        picture.convert_ms += depth.convert_ms;
-        return picture;
-    }
-
-    void bring_to_display(ReceivedPicture& picture) {
-        if (picture.pq.empty() && options_.hdr_display)
-            throw InputError(expected_found(
-                source_,
-                "an HDR stream (PQ by BT.2020, of even sides), for a display, a view or an exposure to be chosen",
-                "another"));
-        if (picture.pq.empty() || options_.pq)
-            return;
-        const auto start = Clock::now();
-        if (!display_)
-            display_ = options_.hdr_display ? options_.hdr_display : std::make_shared<const HdrDisplay>();
-        picture.rgb = quantise_8bit(display_->to_display(pq_to_rgb(picture.pq.planes).view()).view());
-        picture.pq = {};
-        picture.convert_ms += milliseconds_since(start);
-    }
-
-    static void guide_depth(ReceivedPicture& picture) {
-        const auto start = Clock::now();
-        const DepthAgreement agreement{float(picture.info.depth_code->range.box_radius_m),
-                                       float(std::sin(error_budget_rad(default_focal_length_px)))};
-        const ByteImage luma = !picture.pq.empty()   ? luma_of(picture.pq.planes)
-                               : picture.yuv.empty() ? luma_of(picture.rgb.view())
-                                                     : ByteImage();
-        picture.depth_m = guided_depth(picture.depth_m.view(), picture.yuv.empty() ? luma.view() : picture.yuv.planes.y,
-                                       agreement, columns_close(picture.info.camera));
-        picture.convert_ms += milliseconds_since(start);
-    }
-
-    /// Mirrors and glass of a picture, where they came as the track of this role.
-    void give_images(Partial& partial, ReceivedPicture& picture, TrackRole role) {
-        std::optional<DecodedPicture>& images = partial.picture(role);
-        if (!images)
-            return;
-        require_same_view(picture, *images);
-        count(*images);
-        picture.specular = FloatImage(images->width, images->height, 1);
-        std::ranges::transform(images->depth_m.samples(), picture.specular.samples().begin(),
-                               [](float distance_m) { return std::isnan(distance_m) ? 0.0f : 1.0f; });
-        picture.virtual_depth_m = std::move(images->depth_m);
-        picture.decode_ms += images->decode_ms;
-        picture.convert_ms += images->convert_ms;
-    }
-
-    void require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const {
-        const std::string where =
-            source_ + ": frame " + std::to_string(colour.info.index) + " of " + track_name(depth.role);
-        if (depth.width != colour.width() || depth.height != colour.height())
-            throw WorkError(expected_found(where, size_text(colour.width(), colour.height()) + " as its colour has",
-                                           size_text(depth.width, depth.height)));
-        if (!same_camera(depth.info->camera, colour.info.camera) ||
-            !same_pose(depth.info->camera_pose, colour.info.camera_pose))
-            throw WorkError(expected_found(where, "the camera and pose of its colour", "others"));
-    }
-
     void count(const DecodedPicture& picture) {
         tracks_[picture.track].given_pictures += 1;
         tracks_[picture.track].given_bytes += picture.bytes;
@@ -383,7 +296,7 @@ private:
     StreamReader reader_;
     FeedOptions options_;
     TrackRoles left_out_;
-    std::map<std::int64_t, Partial> waiting_;
+    std::map<std::int64_t, DecodedFrame> waiting_;
     std::int64_t last_given_ = -1;
     std::vector<Track> tracks_;                      // as the reader's
     std::vector<DecodedPicture> unjudged_;           // of the main track
@@ -392,8 +305,8 @@ private:
         std::int64_t index;
         double frames_per_second;
     };
-    std::optional<Beginning> begun_;             // with main's first picture
-    std::shared_ptr<const HdrDisplay> display_;  // of HDR pictures; null until the first one
+    std::optional<Beginning> begun_;  // with main's first picture
+    FrameMaker maker_{source_, options_, [this](const DecodedPicture& picture) { count(picture); }};
     double file_bytes_ = 0;
     bool ended_ = false;
 };

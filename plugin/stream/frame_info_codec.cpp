@@ -318,6 +318,10 @@ bool may_be_halved(TrackRole role) {
     return role == TrackRole::depth || role == TrackRole::window_depth;
 }
 
+bool may_be_tiled(TrackRole role) {
+    return role == TrackRole::window || role == TrackRole::window_depth || role == TrackRole::window_reflections;
+}
+
 bool is_reflections(TrackRole role) {
     return role == TrackRole::reflections || role == TrackRole::window_reflections;
 }

@@ -20,6 +20,12 @@ struct Delete {
 struct CloseDemuxer {
     void operator()(AVFormatContext* input) const { avformat_close_input(&input); }
 };
+struct FreeIo {
+    void operator()(AVIOContext* io) const {
+        av_freep(&io->buffer);
+        avio_context_free(&io);
+    }
+};
 struct FreeMuxer {
     void operator()(AVFormatContext* output) const { avformat_free_context(output); }
 };
@@ -29,6 +35,7 @@ using Packet = std::unique_ptr<AVPacket, Delete>;
 using Codec = std::unique_ptr<AVCodecContext, Delete>;
 using Scaler = std::unique_ptr<SwsContext, Delete>;
 using Demuxer = std::unique_ptr<AVFormatContext, CloseDemuxer>;
+using Io = std::unique_ptr<AVIOContext, FreeIo>;
 using Muxer = std::unique_ptr<AVFormatContext, FreeMuxer>;
 
 /// Allocate or throw std::bad_alloc.

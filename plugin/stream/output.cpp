@@ -19,7 +19,7 @@ namespace equistream {
 
 namespace {
 
-constexpr int buffer_bytes = 1 << 16;
+constexpr std::size_t least_buffer_bytes = 1 << 16;
 
 bool exists_and_is_no_file(const std::string& path) {
     struct stat status;
@@ -98,7 +98,8 @@ void Output::open_aside() {
         close(std::exchange(file_, -1));
 }
 
-void Output::make_io() {
+void Output::make_io(std::size_t longest_header_bytes) {
+    const auto buffer_bytes = static_cast<int>(std::max(longest_header_bytes, least_buffer_bytes));
     auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
     // No seek function: what libav writes is what a socket would get.
     io_ = buffer ? avio_alloc_context(buffer, buffer_bytes, 1, this, nullptr, &Output::write_bytes, nullptr) : nullptr;
@@ -110,9 +111,10 @@ void Output::make_io() {
     }
 }
 
-Output::Output(const std::string& target, std::optional<StreamTap> tap) : target_(target), tap_(std::move(tap)) {
+Output::Output(const std::string& target, std::optional<StreamTap> tap, std::size_t longest_header_bytes)
+    : target_(target), tap_(std::move(tap)) {
     if (tap_ && tap_->alone) {
-        make_io();
+        make_io(longest_header_bytes);
         return;
     }
     if (tap_ && is_url(target))
@@ -131,7 +133,7 @@ Output::Output(const std::string& target, std::optional<StreamTap> tap) : target
     if (file_ < 0)
         throw InputError(expected_found(target_, "a place that can be written",
                                         aside_.empty() ? std::strerror(errno) : lock_problem(aside_, errno)));
-    make_io();
+    make_io(longest_header_bytes);
 }
 
 Output::~Output() {

@@ -5,6 +5,7 @@
 
 #include <equistream/stream.h>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -13,8 +14,8 @@ namespace equistream {
 class Output {
 public:
     /// Opens NAME.part for a path, the path itself for a device or pipe, or the URL; nothing for a tap that is alone.
-    /// Throws InputError.
-    Output(const std::string& target, std::optional<StreamTap> tap);
+    /// Throws InputError. Muxers go back to fill in how long something is: it must fit into so many bytes.
+    Output(const std::string& target, std::optional<StreamTap> tap, std::size_t longest_header_bytes);
     ~Output();
     Output(const Output&) = delete;
     Output& operator=(const Output&) = delete;
@@ -32,7 +33,7 @@ public:
 private:
     static int write_bytes(void* self, std::uint8_t* bytes, int size);
     void open_aside();
-    void make_io();
+    void make_io(std::size_t longest_header_bytes);
     [[noreturn]] void fail() const;
 
     void write_to_file(const std::uint8_t* bytes, int size);

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <string_view>
+#include <utility>
 
 namespace equistream {
 
@@ -17,6 +19,8 @@ constexpr double latest_time_s = 1e8;
 struct Placed {
     std::int64_t start;
     double time_s;
+    double decoded_s;
+    int stream;
 };
 
 double frame_duration_s(const AVFormatContext& format) {
@@ -31,11 +35,34 @@ std::vector<Placed> read_packets(AVFormatContext& format) {
     const av::Packet packet = av::make_packet();
     while (av_read_frame(&format, packet.get()) >= 0) {
         const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
+        const std::int64_t decoded = packet->dts != AV_NOPTS_VALUE ? packet->dts : time;
+        const double tick_s = av_q2d(format.streams[packet->stream_index]->time_base);
         if (packet->pos >= 0 && time != AV_NOPTS_VALUE)
-            packets.push_back({packet->pos, double(time) * av_q2d(format.streams[packet->stream_index]->time_base)});
+            packets.push_back({packet->pos, double(time) * tick_s, double(decoded) * tick_s, packet->stream_index});
         av_packet_unref(packet.get());
     }
     return packets;
+}
+
+std::vector<DuePacket> due_as_decoded(std::vector<Placed> packets) {
+    std::map<int, double> first_s;  // of each track: in an mp4 they begin at times of their own
+    for (const Placed& packet : packets) {
+        double& first = first_s.try_emplace(packet.stream, packet.time_s).first->second;
+        first = std::min(first, packet.time_s);
+    }
+    for (Placed& packet : packets) {
+        packet.time_s -= first_s.at(packet.stream);
+        packet.decoded_s -= first_s.at(packet.stream);
+    }
+    std::ranges::stable_sort(packets, {}, &Placed::decoded_s);
+    std::vector<DuePacket> due;
+    double due_s = latest_time_s;
+    for (auto packet = packets.rbegin(); packet != packets.rend(); ++packet) {
+        due_s = std::min(due_s, packet->time_s);
+        due.push_back({packet->start, due_s});
+    }
+    std::ranges::sort(due, {}, &DuePacket::start);
+    return due;
 }
 
 }  // namespace
@@ -64,6 +91,8 @@ SendTimes read_send_times(const std::string& file) {
         end = packet->start;
     }
     std::ranges::reverse(times.parts);
+    if (!times.is_matroska)
+        times.packets = due_as_decoded(std::move(packets));
     return times;
 }
 

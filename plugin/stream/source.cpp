@@ -43,6 +43,7 @@ private:
 };
 
 constexpr int buffer_bytes = 1 << 16;
+constexpr std::int64_t longest_analysis_us = 100'000;
 
 /// A pipe is filled by whoever was started for it, at any pace.
 bool is_server(const std::string& name) {
@@ -229,9 +230,23 @@ void Source::open(const std::string& name) {
             name, "a video",
             found_kind(name, (url ? "none" : "a file of another kind") + (" (libav: " + av::error_text(code) + ")"))));
     format_.reset(opened);
+    // The header says what tracks are. Of a server's tiles few come, and libav would wait for the others.
+    if (url && has_tiles(*format_))
+        format_->max_analyze_duration = longest_analysis_us;
     StreamOptions stream_options(*format_);
     begin_waiting();
     avformat_find_stream_info(format_.get(), stream_options.data());
+}
+
+bool has_tiles(const AVFormatContext& format) {
+    int windows = 0;
+    for (unsigned i = 0; i < format.nb_streams; ++i)
+        for (const char* key : {"title", "handler_name"})
+            if (const AVDictionaryEntry* name = av_dict_get(format.streams[i]->metadata, key, nullptr, 0)) {
+                windows += std::string_view(name->value) == track_name(TrackRole::window) ? 1 : 0;
+                break;
+            }
+    return windows > 1;
 }
 
 std::optional<std::deque<av::Packet>> find_packets(AVFormatContext& format, std::span<const int> streams,

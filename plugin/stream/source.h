@@ -40,15 +40,8 @@ private:
     void make_io();
     void open(const std::string& name);
 
-    struct FreeIo {
-        void operator()(AVIOContext* io) const {
-            av_freep(&io->buffer);
-            avio_context_free(&io);
-        }
-    };
     std::unique_ptr<Pipe> pipe_;  ///< null: it is none, or is read by a function
-    std::unique_ptr<AVIOContext, FreeIo>
-        io_;  ///< where bytes are read by a function or from a pipe; outlives the demuxer
+    av::Io io_;                   ///< where bytes are read by a function or from a pipe; outlives the demuxer
     av::Demuxer format_;
     const StreamReadOptions& options_;
     Patience patience_;
@@ -58,6 +51,9 @@ private:
     std::int64_t bytes_ = -1;                   ///< that had come when it was asked last; -1: not connected
     std::string problem_;
 };
+
+/// Whether several tracks are called windows, which are tiles: by names alone, before anything is decoded.
+bool has_tiles(const AVFormatContext& format);
 
 // Where to begin decoding so that a moment can be shown: the packets from there on.
 

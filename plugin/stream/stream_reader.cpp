@@ -13,8 +13,8 @@ namespace equistream {
 
 namespace {
 
-/// A source may have more tracks; nothing of ours has.
-constexpr std::size_t max_tracks = track_role_count;
+/// Pictures that each tile's decoder works on at once; others, as many as there are cores.
+constexpr int threads_of_tiles = 2;
 
 bool is_video(const AVStream& stream) {
     return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
@@ -53,12 +53,14 @@ bool unit_lengths_add_up(std::span<const std::uint8_t> packet) {
 }
 
 struct ReadTrack {
-    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source, const StreamReadOptions& options)
-        : index(stream.index), decoder(stream, role, source, options) {}
+    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source, const StreamReadOptions& options,
+              int threads)
+        : index(stream.index), decoder(stream, role, source, options, threads) {}
 
     int index;
     TrackDecoder decoder;
-    av::Packet held;  ///< the newest packet: only a next one shows that it was not cut short
+    std::optional<double> newest_s;  ///< by the track's own clock
+    av::Packet held;                 ///< the newest packet: only a next one shows that it was not cut short
 };
 
 }  // namespace
@@ -68,8 +70,9 @@ struct StreamReader::State {
 
     bool read_packet();
     bool next_packet();
-    void decode(ReadTrack& track, AVPacket& packet);
+    void take_in(ReadTrack& track, AVPacket& packet);
     bool may_be_cut(const ReadTrack& track) const;
+    bool is_tile(const ReadTrack& track) const;
     bool begins_again() const;
     void end();
     std::optional<DecodedPicture> take();
@@ -95,14 +98,16 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
     : source(source_name), options(read_options), format(source, options), holds_back(!is_url(source_name)) {
     container = format->iformat->long_name;
     is_live = comes_at_its_own_pace(source, *format);
+    const int threads = has_tiles(*format) ? threads_of_tiles : 0;
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];
-        if (!is_video(stream) || tracks.size() == max_tracks) {
+        if (!is_video(stream) || tracks.size() == max_stream_tracks) {
             stream.discard = AVDISCARD_ALL;
             continue;
         }
         av::forget_unknown_colours(*stream.codecpar);
-        tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source, options));
+        tracks.push_back(
+            std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source, options, threads));
         if (holds_back)
             tracks.back()->held = av::make_packet();
         else
@@ -113,9 +118,21 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
     if (tracks.empty())
         throw InputError(expected_found(source, "a video track", "none"));
     refresh_summaries();
+    // A server sends tiles while they are looked at.
+    for (const auto& track : tracks)
+        if (is_tile(*track))
+            track->decoder.be_tile(!holds_back);
 }
 
-void StreamReader::State::decode(ReadTrack& track, AVPacket& incoming) {
+bool StreamReader::State::is_tile(const ReadTrack& track) const {
+    const TrackRole role = track.decoder.summary().role;
+    return may_be_tiled(role) &&
+           std::ranges::count_if(tracks, [&](const auto& other) { return other->decoder.summary().role == role; }) > 1;
+}
+
+void StreamReader::State::take_in(ReadTrack& track, AVPacket& incoming) {
+    if (const auto time_s = track.decoder.time_of_s(incoming.pts))
+        track.newest_s = std::max(track.newest_s.value_or(*time_s), *time_s);
     if (!holds_back)
         return track.decoder.decode(incoming);
     if (track.held->size > 0)
@@ -145,7 +162,7 @@ bool StreamReader::State::read_packet() {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0)
             (*track)->decoder.count_damaged_packet();
         else
-            decode(**track, *packet);
+            take_in(**track, *packet);
     }
     av_packet_unref(packet.get());
     return true;
@@ -195,7 +212,7 @@ std::optional<DecodedPicture> StreamReader::State::take() {
             decoder.leave_out();
             format->streams[(*earliest)->index]->discard = AVDISCARD_ALL;
         }
-        refresh_summaries();
+        summaries[picture->track] = decoder.summary();
         if (is_wanted)
             return picture;
     }
@@ -258,6 +275,7 @@ bool StreamReader::seek(double seconds) {
     s.searched = std::move(*packets);
     for (const auto& track : s.tracks) {
         track->decoder.jump();
+        track->newest_s.reset();
         if (track->held)
             av_packet_unref(track->held.get());
     }
@@ -265,6 +283,11 @@ bool StreamReader::seek(double seconds) {
     s.read_error.clear();
     s.truncation.clear();
     return true;
+}
+
+std::optional<double> StreamReader::newest_s(std::size_t track) const {
+    const auto& newest_s = state_->tracks[track]->newest_s;
+    return newest_s && state_->origin_s ? std::optional(*newest_s - *state_->origin_s) : std::nullopt;
 }
 
 std::int64_t StreamReader::position() const {

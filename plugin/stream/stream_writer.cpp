@@ -6,6 +6,7 @@
 #include <equistream/error.h>
 #include <equistream/stream.h>
 
+#include <algorithm>
 #include <utility>
 
 extern "C" {
@@ -27,7 +28,7 @@ struct WrittenTrack {
     AVStream* stream = nullptr;
     std::int64_t bytes = 0;
     std::uint32_t pictures = 0;  ///< handed to the encoder
-    std::optional<std::int64_t> last_index;
+    std::optional<std::int64_t> last_index, coded_index;
     av::Frame held;  ///< the newest picture, while the track's length is not known: of a live stream coded already
     FrameInfo held_info;
     bool begins_group = false;  ///< with the next picture
@@ -64,6 +65,12 @@ void require(const std::string& what, const std::optional<Mismatch>& mismatch) {
         throw InputError(expected_found(what, mismatch->expected, mismatch->found));
 }
 
+/// What an mp4 says of its tracks at first, or of the pictures of a group.
+std::size_t longest_header_bytes(const StreamSettings& settings) {
+    constexpr std::size_t of_track = 8192, of_picture = 16;
+    return settings.tracks.size() * (of_track + of_picture * std::size_t(settings.gop));
+}
+
 void check_fits(const std::string& target, const Container& container, const StreamSettings& settings) {
     if (container.one_track && settings.tracks.size() > 1)
         throw InputError(
@@ -85,9 +92,10 @@ struct StreamWriter::State {
     void add_stream(WrittenTrack& track);
     bool tags_sphere() const { return settings.full_sphere && container.tags_spheres; }
     void write_header();
-    WrittenTrack& track_of(TrackRole role);
+    WrittenTrack& track_of(TrackRole role, std::size_t tile);
+    bool is_tile(const WrittenTrack& track) const;
     /// The track that takes this frame next.
-    WrittenTrack& start_picture(TrackRole role, const FrameInfo& info);
+    WrittenTrack& start_picture(TrackRole role, const FrameInfo& info, std::size_t tile);
     void take(WrittenTrack& track, av::Frame picture, const FrameInfo& info);
     void take_live(WrittenTrack& track, av::Frame picture, const FrameInfo& info);
     void encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count);
@@ -120,7 +128,8 @@ StreamWriter::State::State(const std::string& target_name, const StreamSettings&
             std::make_unique<WrittenTrack>(settings, track, (format->oformat->flags & AVFMT_GLOBALHEADER) != 0));
         add_stream(*tracks.back());
     }
-    output = std::make_unique<Output>(target, std::move(tap));
+    output = std::make_unique<Output>(target, std::move(tap),
+                                      std::string_view(container.muxer) == "mp4" ? longest_header_bytes(settings) : 0);
     format->pb = output->io();
     write_header();
 }
@@ -188,11 +197,16 @@ void StreamWriter::State::write_header() {
     header_written = true;
 }
 
-WrittenTrack& StreamWriter::State::track_of(TrackRole role) {
+WrittenTrack& StreamWriter::State::track_of(TrackRole role, std::size_t tile) {
     for (const auto& track : tracks)
-        if (track->role == role)
+        if (track->role == role && tile-- == 0)
             return *track;
     throw WorkError(expected_found(target, "pictures of the tracks it was opened with", track_name(role)));
+}
+
+bool StreamWriter::State::is_tile(const WrittenTrack& track) const {
+    return may_be_tiled(track.role) &&
+           std::ranges::count_if(tracks, [&](const auto& other) { return other->role == track.role; }) > 1;
 }
 
 void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
@@ -208,7 +222,13 @@ void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
 
 void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count) {
     std::vector<std::uint8_t> payload;
-    if (settings.tagged) {
+    // Pictures of a tile are so small that their frame data would outweigh them; main's say all but where tiles lie.
+    // Without it pictures are numbered by when they are shown, and must follow each other; a reader knows tiles by
+    // name.
+    const bool follows = std::exchange(track.coded_index, info.index) == info.index - 1;
+    const bool goes_on = follows && is_tile(track) && container.names_tracks && settings.pictures > 0 &&
+                         track.pictures % std::uint32_t(settings.gop) != 0;
+    if (settings.tagged && !goes_on) {
         FrameInfo coded = info;
         coded.crf = track.encoder.crf();
         payload = encode_frame_info(track.role, coded, {track.pictures, count});
@@ -240,10 +260,10 @@ StreamWriter::StreamWriter(const std::string& target, const StreamSettings& sett
 
 StreamWriter::~StreamWriter() = default;
 
-WrittenTrack& StreamWriter::State::start_picture(TrackRole role, const FrameInfo& info) {
+WrittenTrack& StreamWriter::State::start_picture(TrackRole role, const FrameInfo& info, std::size_t tile) {
     if (over)
         throw WorkError(target + ": has ended, nothing more can be written");
-    WrittenTrack& track = track_of(role);
+    WrittenTrack& track = track_of(role, tile);
     // A decoder refuses a picture whose data say otherwise.
     if (is_depth(role) != info.depth_code.has_value())
         throw WorkError(expected_found(target + ": " + track_name(role),
@@ -280,18 +300,19 @@ void StreamWriter::State::take_live(WrittenTrack& track, av::Frame picture, cons
     encode(track, std::move(picture), info, 0);
 }
 
-void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info) {
-    WrittenTrack& track = state_->start_picture(role, info);
+void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info, std::size_t tile) {
+    WrittenTrack& track = state_->start_picture(role, info, tile);
     state_->take(track, track.encoder.convert(rgb), info);
 }
 
-void StreamWriter::write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info) {
-    WrittenTrack& track = state_->start_picture(role, info);
+void StreamWriter::write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info, std::size_t tile) {
+    WrittenTrack& track = state_->start_picture(role, info, tile);
     state_->take(track, track.encoder.convert_pq(rgb), info);
 }
 
-void StreamWriter::write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info) {
-    WrittenTrack& track = state_->start_picture(role, info);
+void StreamWriter::write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info,
+                               std::size_t tile) {
+    WrittenTrack& track = state_->start_picture(role, info, tile);
     FrameInfo counted = info;
     av::Frame picture = track.encoder.convert(depth_m, *counted.depth_code);
     state_->take(track, std::move(picture), counted);

@@ -11,12 +11,15 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 namespace equistream {
 
 namespace {
+
+constexpr double max_group_pictures = 10000;
 
 /// What travels with a packet through the decoder to its picture, in the one number that libav takes along.
 std::int64_t mark_of(int packet_bytes, bool suspect) {
@@ -41,7 +44,7 @@ void check_size(const std::string& source, int width, int height) {
 }
 
 av::Codec open_decoder(const AVStream& stream, const std::string& source, const HardwareDecoding& hardware,
-                       DecoderCallbacks& callbacks) {
+                       DecoderCallbacks& callbacks, int threads) {
     const AVCodecParameters& parameters = *stream.codecpar;
     const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
     if (!decoder)
@@ -51,7 +54,7 @@ av::Codec open_decoder(const AVStream& stream, const std::string& source, const 
     if (!codec || avcodec_parameters_to_context(codec.get(), &parameters) < 0)
         throw std::bad_alloc();
     codec->pkt_timebase = stream.time_base;
-    codec->thread_count = 0;
+    codec->thread_count = threads;
     // Decoders that work on several pictures at once give each one only when the next ones have come.
     if (is_url(source) && parameters.video_delay == 0)
         codec->thread_type = FF_THREAD_SLICE;
@@ -156,14 +159,14 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
 }  // namespace
 
 TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source,
-                           const StreamReadOptions& options)
+                           const StreamReadOptions& options, int threads)
     : source_(source), stream_(stream) {
     check_size(source, stream.codecpar->width, stream.codecpar->height);
     if (options.hardware && !is_depth(assumed_role))
         hardware_.look_for(*stream.codecpar);
     if (!is_depth(assumed_role))  // which is read here, sample by sample
         callbacks_.memory = options.memory;
-    codec_ = open_decoder(stream, source, hardware_, callbacks_);
+    codec_ = open_decoder(stream, source, hardware_, callbacks_, threads);
     summary_ = summarise(stream, assumed_role);
     tally_.role = assumed_role;
 }
@@ -236,7 +239,7 @@ void TrackDecoder::note(const TaggedFrameInfo& tagged) {
     const std::uint32_t ordinal = tagged.position.ordinal;
     if (std::exchange(jumping_, false))
         tally_.pictures = std::int64_t{ordinal} + 1;
-    else if (ordinal > tally_.expected && (tally_.ours || !joined_anywhere_))
+    else if (ordinal > tally_.expected && !tally_.partial && (tally_.ours || !joined_anywhere_))
         tally_.missing += ordinal - tally_.expected;
     tally_.ours = true;
     tally_.expected = ordinal + 1;
@@ -253,6 +256,21 @@ bool TrackDecoder::is_repetition(const TrackPosition& position) {
     return begins_again_;
 }
 
+/// What a tile's picture would say that carries no data of its own.
+std::optional<TaggedFrameInfo> TrackDecoder::of_group(const AVFrame& frame) const {
+    const std::optional<double> time_s = time_of_s(frame.best_effort_timestamp);
+    if (!group_ || !time_s)
+        return std::nullopt;
+    TaggedFrameInfo tagged = group_->first;
+    const double pictures = std::round((*time_s - group_->time_s) * tagged.info.frames_per_second);
+    if (!(pictures > 0 && pictures < max_group_pictures))
+        return std::nullopt;
+    tagged.info.index += std::int64_t(pictures);
+    tagged.info.time_s += pictures / tagged.info.frames_per_second;
+    tagged.position.ordinal += std::uint32_t(pictures);
+    return tagged;
+}
+
 void TrackDecoder::accept(av::Frame frame) {
     const std::string_view decoder = hardware_.name_of(*frame);
     if (!hardware_.fetch(frame, callbacks_.memory.get())) {
@@ -267,6 +285,10 @@ void TrackDecoder::accept(av::Frame frame) {
     std::optional<TaggedFrameInfo> tagged;
     try {
         tagged = frame_info_of(*frame);
+        if (const auto time_s = time_of_s(frame->best_effort_timestamp); is_tile_ && tagged && time_s)
+            group_ = {*tagged, *time_s};
+        else if (is_tile_ && !tagged)
+            tagged = of_group(*frame);
         if (tagged && !fits_role(*frame, *tagged)) {
             ++tally_.unreadable;
             return;

@@ -22,15 +22,17 @@ struct TrackTally {
     bool ours = false;
     bool left_out = false;  ///< not wanted
     bool jumped = false;    ///< not all before the last picture was asked for
+    bool partial = false;   ///< comes while it is looked at
 
-    bool whole() const { return left_out || (ours && count > 0 && expected >= count && missing == 0); }
+    bool whole() const { return left_out || partial || (ours && count > 0 && expected >= count && missing == 0); }
 };
 
 class TrackDecoder {
 public:
-    /// Throws InputError for a codec that is not there or a size beyond image.h's limits.
+    /// Throws InputError for a codec that is not there or a size beyond image.h's limits. `threads`: pictures that are
+    /// worked on at once, 0 as many as there are cores.
     TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source,
-                 const StreamReadOptions& options);
+                 const StreamReadOptions& options, int threads);
     TrackDecoder(const TrackDecoder&) = delete;
     TrackDecoder& operator=(const TrackDecoder&) = delete;
 
@@ -58,6 +60,11 @@ public:
     void count_damaged_packet() { ++tally_.unreadable; }
     /// Joined in the middle (live): what was before the first picture is not missing.
     void join_anywhere() { joined_anywhere_ = true; }
+    /// Its pictures carry frame data with their key frames alone. If it comes and goes, as eyes turn, none is missing.
+    void be_tile(bool comes_and_goes) {
+        is_tile_ = true;
+        tally_.partial = comes_and_goes;
+    }
 
 private:
     struct Ready {
@@ -74,6 +81,7 @@ private:
     void give_depth(const AVFrame& frame, DecodedPicture& picture);
     void note(const TaggedFrameInfo& tagged);
     bool is_repetition(const TrackPosition& position);
+    std::optional<TaggedFrameInfo> of_group(const AVFrame& frame) const;
 
     std::string source_;
     const AVStream& stream_;
@@ -89,6 +97,12 @@ private:
     TrackPosition accepted_{};  ///< next ordinal, and the highest count, of the pictures that are ready or were given
     bool begins_again_ = false;
     bool joined_anywhere_ = false;
+    bool is_tile_ = false;
+    struct Group {
+        TaggedFrameInfo first;
+        double time_s;
+    };
+    std::optional<Group> group_;     ///< of a tile: what its last key frame said, and when that is shown
     bool jumping_ = false;           ///< no picture was given since
     bool version_is_known_ = false;  ///< a picture's frame data could be read
 };

@@ -95,7 +95,7 @@ void set_encoder_options(const StreamSettings& settings, const TrackSettings& tr
             options.set("x264-params", more);
         return;
     }
-    std::string more = "log-level=none:frame-threads=" + std::to_string(std::min(settings.threads, 16)) +
+    std::string more = "log-level=none:info=0:frame-threads=" + std::to_string(std::min(settings.threads, 16)) +
                        ":open-gop=0:scenecut=0:min-keyint=" + std::to_string(settings.gop);
     if (depth)
         more += ":aq-mode=0:psy-rd=0:psy-rdoq=0:no-deblock=1:no-sao=1:no-strong-intra-smoothing=1";
@@ -168,11 +168,15 @@ void check_stream_settings(const StreamSettings& settings) {
             expected_found("frames per second", "0.01 to 1000", std::to_string(settings.frames_per_second)));
     if (settings.tracks.empty())
         throw InputError(expected_found("stream", "at least one track", "none"));
+    if (settings.tracks.size() > max_stream_tracks)
+        throw InputError(expected_found("stream", "at most " + std::to_string(max_stream_tracks) + " tracks",
+                                        std::to_string(settings.tracks.size())));
     if (settings.live && settings.pictures > 0)
         throw InputError(expected_found("live stream", "no number of pictures", std::to_string(settings.pictures)));
     for (const TrackSettings& track : settings.tracks) {
         check_track(track);
-        if (std::count_if(settings.tracks.begin(), settings.tracks.end(),
+        if (!may_be_tiled(track.role) &&
+            std::count_if(settings.tracks.begin(), settings.tracks.end(),
                           [&](const TrackSettings& other) { return other.role == track.role; }) > 1)
             throw InputError(expected_found("stream", "each track once", std::string("two ") + track_name(track.role)));
     }

@@ -28,6 +28,10 @@ static_assert(sizeof(Header) == 12);
 
 using PoseBody = std::array<double, 8>;
 static_assert(sizeof(PoseBody) == 64);
+using ViewBody = std::array<double, 2>;  ///< appended to a pose, or not
+
+/// Of a view's tangents: about 1 and 178 degrees.
+constexpr double narrowest_view = 0.01, widest_view = 57;
 
 constexpr double longest_off_unit = 1e-6;
 
@@ -47,17 +51,27 @@ std::optional<ViewerPose> pose_of(const PoseBody& body) {
     return pose;
 }
 
+std::optional<ViewExtent> extent_of(const ViewBody& body) {
+    if (std::ranges::all_of(body, [](double half) { return half >= narrowest_view && half <= widest_view; }))
+        return ViewExtent{body[0], body[1]};
+    return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose) {
     const glm::dvec3& p = pose.head.position_m;
     const glm::dquat& q = pose.head.orientation;
     const PoseBody body = {pose.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+    const ViewExtent extent = pose.view.value_or(ViewExtent{});
+    const ViewBody view = {extent.half_width, extent.half_height};
     Header header;
-    header.body_bytes = sizeof body;
-    std::vector<std::uint8_t> bytes(sizeof header + sizeof body);
+    header.body_bytes = sizeof body + (pose.view ? sizeof view : 0);
+    std::vector<std::uint8_t> bytes(sizeof header + sizeof body + sizeof view);
     std::memcpy(bytes.data(), &header, sizeof header);
     std::memcpy(bytes.data() + sizeof header, &body, sizeof body);
+    std::memcpy(bytes.data() + sizeof header + sizeof body, &view, sizeof view);
+    bytes.resize(sizeof header + header.body_bytes);
     return bytes;
 }
 
@@ -91,7 +105,13 @@ std::optional<ViewerPose> ViewerMessageReader::take(std::span<const std::uint8_t
         PoseBody body;
         if (header.version == version && header.kind == pose_kind && header.body_bytes >= sizeof body) {
             std::memcpy(&body, read_.data() + sizeof header, sizeof body);
-            if (const auto pose = pose_of(body))
+            std::optional<ViewerPose> pose = pose_of(body);
+            ViewBody view;
+            if (pose && header.body_bytes >= sizeof body + sizeof view) {
+                std::memcpy(&view, read_.data() + sizeof header + sizeof body, sizeof view);
+                pose->view = extent_of(view);
+            }
+            if (pose)
                 last = pose;
         }
         read_.erase(read_.begin(), read_.begin() + std::ptrdiff_t(sizeof header + header.body_bytes));

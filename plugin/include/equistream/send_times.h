@@ -11,9 +11,16 @@ struct DueBytes {
     double time_s = 0;     ///< are due now, counted from when the first picture is shown
 };
 
+struct DuePacket {
+    std::int64_t start = 0;  ///< its place
+    double time_s = 0;       ///< as those of `parts`, if all packets lay in the order in which they are decoded
+};
+
 struct SendTimes {
     /// Both numbers rise from part to part; the first one, due at 0, has the header, the last one ends with the file.
     std::vector<DueBytes> parts;
+    /// By their places; of Matroska none, where packets lie in that order.
+    std::vector<DuePacket> packets;
     double duration_s = 0;  ///< until the last picture has been shown for as long as the others; above 0
     bool is_matroska = false;
 };

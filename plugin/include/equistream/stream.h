@@ -29,11 +29,15 @@ enum class TrackRole : std::uint8_t {
     patches = 5,        ///< what an eye of the head box uncovers, packed in an atlas
     patches_depth = 6,  ///< the atlas's radial depth, each patch's from its own origin
     reflections = 7,    ///< main's mirrors and glass: how far away what they show is, no surface where there are none
-    window = 8,         ///< the part of a denser sphere that someone looks at (window.h); main is the sphere around it
-    window_depth = 9,   ///< window's radial depth
+    /// The part of a denser sphere that someone looks at (window.h); main is the sphere around it. Several tracks of
+    /// this role are tiles: each a window at a place of its own, together the denser sphere.
+    window = 8,
+    window_depth = 9,         ///< window's radial depth
     window_reflections = 10,  ///< window's mirrors and glass
 };
 inline constexpr int track_role_count = 11;
+/// Of one stream, tiles counted singly: what Matroska takes.
+inline constexpr std::size_t max_stream_tracks = 127;
 using TrackRoles = std::bitset<track_role_count>;  ///< by value
 
 const char* track_name(TrackRole role);  ///< "main", "small", "depth", "hidden", "hidden-depth", ...
@@ -48,6 +52,8 @@ std::optional<TrackRole> reflections_role_of(TrackRole colour);
 bool may_be_halved(TrackRole role);
 /// Whether the role is of mirrors and glass.
 bool is_reflections(TrackRole role);
+/// Whether a stream may have several tracks of this role, which are tiles.
+bool may_be_tiled(TrackRole role);
 
 /// Where a picture stands in its track, so that a cut or a gap shows whatever the container.
 struct TrackPosition {
@@ -148,14 +154,15 @@ public:
     StreamWriter(const StreamWriter&) = delete;
     StreamWriter& operator=(const StreamWriter&) = delete;
 
-    /// Pictures of one track in display order, indices ascending; tracks interleave as they come.
-    void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info);
+    /// Pictures of one track in display order, indices ascending; tracks interleave as they come. `tile`: which track
+    /// of that role, where there are several.
+    void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info, std::size_t tile = 0);
     /// The same where the transfer is pq: R'G'B' as yuv.h describes, 3 channels from 0 to 1.
-    void write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info);
+    void write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info, std::size_t tile = 0);
     /// The same for depth tracks: metres along each pixel-centre ray, 1 channel. `info.depth_code` has the track's code
     /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here and its
     /// `halved` is the track's.
-    void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info);
+    void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info, std::size_t tile = 0);
     /// Of a live stream: whoever has the header can join at the next picture of each track.
     void begin_group();
     /// Hands over what was written of a live stream, in Matroska as a cluster of its own.
@@ -177,9 +184,11 @@ private:
 /// One decoded picture. Of a colour track it is 8-bit display-referred sRGB, as `rgb` or `yuv`, or `pq`; of a depth
 /// track `depth_m`.
 struct DecodedPicture {
-    std::size_t track = 0;  ///< position in StreamReader::tracks()
+    std::size_t track = 0;  ///< position in StreamReader::tracks(), which tells tiles apart
     TrackRole role = TrackRole::main;
-    std::optional<FrameInfo> info;  ///< absent in foreign videos
+    /// Absent in foreign videos. Of a tile only camera, index, time and coding are the picture's own: all else is as of
+    /// its group's first picture, and main's of the same index has what holds.
+    std::optional<FrameInfo> info;
     int width = 0;
     int height = 0;
     ByteImage rgb;   ///< RGB interleaved
@@ -269,6 +278,9 @@ public:
     bool seek(double seconds);
     /// From here on as if StreamReadOptions::left_out had them too.
     void leave_out(TrackRoles roles);
+    /// Of a track: the latest time of a picture whose coded bytes have come, after main's first picture. Nothing before
+    /// main's first picture was given, and where the container keeps no times.
+    std::optional<double> newest_s(std::size_t track) const;
     /// How far into a file it was read, in bytes; 0 for what has no such place.
     std::int64_t position() const;
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").

@@ -1,6 +1,7 @@
 #pragma once
 /// What a viewer sends its server: docs/stream-format.md, "From the viewer". One object, one thread.
 #include <equistream/camera.h>
+#include <equistream/window.h>
 
 #include <cstdint>
 #include <optional>
@@ -10,8 +11,9 @@
 namespace equistream {
 
 struct ViewerPose {
-    double time_s = 0;  ///< of the picture on show
-    Pose head;          ///< in the scene's world
+    double time_s = 0;                 ///< of the picture on show
+    Pose head;                         ///< in the scene's world
+    std::optional<ViewExtent> view{};  ///< what the viewer shows; nothing: it does not say
 };
 
 std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose);

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <set>
 
 namespace equistream {
 
@@ -150,6 +151,80 @@ private:
     WindowGrid grid_;
     std::optional<WindowPlace> place_;
 };
+
+// Tiles: windows that lie side by side and together cover a denser sphere, so that each viewer can be sent those that
+// it looks at.
+
+/// So many across and down.
+struct TileGrid {
+    int columns = 0, rows = 0;
+    int count() const { return columns * rows; }
+    bool operator==(const TileGrid&) const = default;
+};
+
+/// Of a sphere of so many columns, each as wide and high as the others; rows from the top, left to right.
+inline WindowGrid tile_grid(int sphere_columns, const TileGrid& tiles) {
+    return {sphere_columns, sphere_columns / 2, sphere_columns / tiles.columns, sphere_columns / 2 / tiles.rows};
+}
+inline WindowPlace tile_place(const WindowGrid& grid, const TileGrid& tiles, int tile) {
+    return {tile % tiles.columns * grid.width, tile / tiles.columns * grid.height};
+}
+
+/// What is wrong with tiles, in words; nothing if they can be made.
+inline std::optional<std::string> tile_problem(int sphere_columns, const TileGrid& tiles) {
+    if (tiles.columns < 2 || tiles.rows < 1)
+        return expected_found("tiles", "at least 2 across and 1 down", size_text(tiles.columns, tiles.rows));
+    const WindowGrid grid = tile_grid(sphere_columns, tiles);
+    const bool whole = grid.width * tiles.columns == grid.columns && grid.height * tiles.rows == grid.rows;
+    if (whole && !window_grid_problem(grid))
+        return std::nullopt;
+    return expected_found("tiles",
+                          "numbers that divide " + size_text(grid.columns, grid.rows) + " pixels into multiples of 16",
+                          size_text(tiles.columns, tiles.rows));
+}
+
+/// A view's extent: the tangents of half its width and half its height.
+struct ViewExtent {
+    double half_width = 1, half_height = 1;
+    bool operator==(const ViewExtent&) const = default;
+};
+inline ViewExtent extent_of(const PerspectiveCamera& view) {
+    const double focal_px = view.focal_px();
+    return {0.5 * view.width / focal_px, 0.5 * view.height / focal_px};
+}
+/// The same with so much more at each side, below 90 degrees.
+inline ViewExtent widened(const ViewExtent& extent, double guard_rad) {
+    constexpr double widest_rad = 89 * pi / 180;
+    const auto wider = [&](double tangent) { return std::tan(std::min(std::atan(tangent) + guard_rad, widest_rad)); };
+    return {wider(extent.half_width), wider(extent.half_height)};
+}
+
+/// Adds to `seen` the numbers of those tiles that a view meets. `sphere_from_view` turns a direction in the view's axes
+/// into the sphere's. Looks along rays that lie closer than half a tile, however wide the view is; where tiles run to a
+/// point, at the poles, it looks for that.
+inline void add_tiles_seen(const TileGrid& tiles, const glm::dquat& sphere_from_view, const ViewExtent& extent,
+                           std::set<int>& seen) {
+    const double widest_step_rad = std::min(pi / tiles.columns, 0.5 * pi / tiles.rows);
+    const EquirectCamera sphere{tiles.columns, tiles.rows, {}};  // a pixel is a tile
+    // Rays are no farther apart than the numbers whose hyperbolic sines are their tangents.
+    const double across = std::asinh(extent.half_width), down = std::asinh(extent.half_height);
+    const auto steps = [&](double half) { return std::max(32, int(std::ceil(2 * half / widest_step_rad))); };
+    const auto tangent = [](int step, int of, double half) { return std::sinh((2.0 * step / of - 1) * half); };
+    const int columns = steps(across), rows = steps(down);
+    for (int j = 0; j <= rows; ++j)
+        for (int i = 0; i <= columns; ++i) {
+            const double x = tangent(i, columns, across), y = tangent(j, rows, down);
+            const glm::dvec2 pixel = sphere.pixel(glm::normalize(sphere_from_view * glm::dvec3(x, y, -1)));
+            const int column = std::clamp(int(pixel.x), 0, tiles.columns - 1);
+            seen.insert(std::clamp(int(pixel.y), 0, tiles.rows - 1) * tiles.columns + column);
+        }
+    for (const bool is_top : {true, false}) {
+        const glm::dvec3 pole = glm::conjugate(sphere_from_view) * glm::dvec3(0, is_top ? 1 : -1, 0);
+        if (std::abs(pole.x) <= -pole.z * extent.half_width && std::abs(pole.y) <= -pole.z * extent.half_height)
+            for (int column = 0; column < tiles.columns; ++column)
+                seen.insert((is_top ? 0 : tiles.rows - 1) * tiles.columns + column);
+    }
+}
 
 /// Of the views that a base's depth is coded for. Its pixels are larger than its window's, and its depth may be coarser
 /// by the same factor.

@@ -23,7 +23,7 @@ TEST(LiveClients, ShowWhatAServerSendsAndTellItWhereTheHeadIs) {
     const synthetic::Folder folder;
     synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h264, false));
     const std::string stream = bytes_of(folder / "a.mkv");
-    const ViewerPose expected{0, {{0.25, -0.5, 1}, {0.6, 0, 0.8, 0}}};
+    const ViewerPose expected{0, {{0.25, -0.5, 1}, {0.6, 0, 0.8, 0}}, extent_of(PerspectiveCamera{64, 48, 1.5})};
     SilentServer server;
     std::vector<std::uint8_t> heard;
     std::thread sending([&] {
@@ -62,6 +62,9 @@ TEST(LiveClients, ShowWhatAServerSendsAndTellItWhereTheHeadIs) {
     EXPECT_EQ(told->head.position_m, expected.head.position_m);
     EXPECT_NEAR(told->head.orientation.w, 0.6, 1e-12);
     EXPECT_NEAR(told->head.orientation.y, 0.8, 1e-12);
+    ASSERT_TRUE(told->view);
+    EXPECT_NEAR(told->view->half_width, expected.view->half_width, 1e-12);
+    EXPECT_NEAR(told->view->half_height, expected.view->half_height, 1e-12);
 }
 
 }  // namespace

@@ -1,14 +1,23 @@
-/// A server that does not answer, or says nothing, is given up in time, and the reason is told.
+/// A server that does not answer, or says nothing, is given up in time, and the reason is told. Tiles that a server
+/// sends while they are looked at.
 #include <client/receive/server_connection.h>
+#include <client/warp/engine.h>
+#include <tests/unit/plugin/stream/synthetic.h>
 #include <tests/unit/silent_server.h>
 
 #include <equistream/error.h>
+#include <equistream/tile_stream.h>
 
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
 #include <thread>
+#include <tuple>
 
 namespace equistream::test {
 namespace {
@@ -26,6 +35,28 @@ std::string failure_of(const std::function<void()>& work) {
     }
     ADD_FAILURE() << "no WorkError was thrown";
     return {};
+}
+
+TEST(Poses, AreSentAgainWhereTheViewHasChanged) {
+    std::vector<std::optional<ViewExtent>> views;
+    PoseSender poses;
+    poses.use([&](std::span<const std::uint8_t> bytes) {
+        views.push_back(ViewerMessageReader().take(bytes).value().view);
+        return true;
+    });
+    const auto send = [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(40));  // they come at most 30 times a second
+        return poses.send({});
+    };
+    EXPECT_TRUE(send());
+    EXPECT_FALSE(send()) << "nothing has changed";
+    const PerspectiveCamera camera{64, 48, 1.5};
+    poses.look_through(camera);
+    EXPECT_TRUE(send());
+    EXPECT_FALSE(send());
+    ASSERT_EQ(views.size(), 2u);
+    EXPECT_FALSE(views[0]);
+    EXPECT_EQ(views[1], extent_of(camera));
 }
 
 TEST(ServerConnections, AServerThatDoesNotAnswerIsGivenUp) {
@@ -100,6 +131,115 @@ TEST(ServerConnections, HeadsMayBeSentWhileTheServerIsGivenUp) {
     is_over = true;
     sending.join();
     EXPECT_FALSE(poses.send({0, {{-1, 0, 0}, {1, 0, 0, 0}}}));
+}
+
+/// Of tiles of 64x64 of a sphere of 512x256, what is sent that is looked at in each frame; of the first frame all are.
+class SentTiles : public testing::Test {
+protected:
+    /// Which part of the sphere is looked at in this frame, in pixels.
+    struct Part {
+        std::set<int> tiles;
+        WindowPlace place;
+        int width = 64;
+    };
+    static Part looked_at(std::int64_t index) {
+        if (index < 6)
+            return {{9, 10}, {64, 64}, 128};
+        return index < 13 ? Part{{20}, {256, 128}} : Part{{15, 8}, {448, 64}, 128};  // across the seam
+    }
+    std::string sent(const std::string& name) const {
+        synthetic::write(folder_ / name, made_);
+        const auto recording = open_tiles((folder_ / name).string()).value();
+        TileSender sender(recording);
+        std::string bytes;
+        while (const auto due_s = sender.due_s())
+            sender.next(looked_at(std::llround(*due_s * 30)).tiles, bytes);
+        return bytes;
+    }
+    static void expect_part(const ReceivedPicture& picture, std::int64_t index, const Part& part) {
+        const WindowGrid grid{512, 256, part.width, 64};
+        ASSERT_TRUE(same_camera(picture.info.camera, window_camera(grid, part.place)));
+        EXPECT_TRUE(same_pose(picture.info.camera_pose, synthetic::info(512, 256, index).camera_pose));
+        const ByteImage sphere = synthetic::picture(512, 256, index);
+        ByteImage expected(part.width, 64, 3);
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < part.width; ++x)
+                std::copy_n(sphere.pixel((part.place.x + x) % 512, part.place.y + y), 3, expected.pixel(x, y));
+        EXPECT_GT(synthetic::psnr_db(picture.rgb, expected), 30);
+    }
+
+    synthetic::Folder folder_;
+    synthetic::MadeTiles made_{.grid = {8, 4}, .pictures = 20, .gop = 8, .first_index = 0};
+};
+
+TEST_F(SentTiles, GoWithTheFramesThatTheyAreLookedAtIn) {
+    for (const bool connects_itself : {false, true}) {
+        const std::string bytes = sent(connects_itself ? "a.mkv" : "a.mp4");
+        auto server = std::make_unique<SilentServer>();
+        PoseSender poses;
+        const std::string address = server->address();
+        std::thread sending([&] {
+            server->send(bytes);
+            server.reset();
+        });
+        const auto feed = open_feed(address, {.poses = connects_itself ? &poses : nullptr});
+        for (std::int64_t index = 0; index < 20; ++index) {
+            SCOPED_TRACE(index);
+            const auto frame = feed->next();
+            if (!frame) {
+                ADD_FAILURE();
+                break;
+            }
+            EXPECT_EQ(frame->main.info.index, index);
+            if (index == 0) {
+                EXPECT_FALSE(frame->base);
+                EXPECT_TRUE(same_camera(frame->main.info.camera, EquirectCamera{512, 256, {}}));
+                continue;
+            }
+            EXPECT_TRUE(frame->base) << "a sphere around what is looked at";
+            expect_part(frame->main, index, looked_at(index));
+        }
+        EXPECT_FALSE(feed->next());
+        EXPECT_EQ(feed->truncation(), "") << "tiles that are not looked at are not missing";
+        sending.join();
+    }
+}
+
+/// Pictures that are coded before earlier ones: those of tiles may come and go a little beside main's.
+TEST_F(SentTiles, AreSoundWhereverTheyCome) {
+    made_.depth = true;
+    for (const auto& [name, codec, preset] : {std::tuple("a.mkv", Codec::h264, "veryfast"),
+                                              {"a.mkv", Codec::h265, "ultrafast"},
+                                              {"a.mp4", Codec::h265, "ultrafast"}}) {
+        SCOPED_TRACE(std::string(name) + ", " + preset);
+        made_.codec = codec;
+        made_.preset = preset;
+        const std::string bytes = sent(name);
+        auto server = std::make_unique<SilentServer>();
+        const std::string address = server->address();
+        std::thread sending([&] {
+            server->send(bytes);
+            server.reset();
+        });
+        const auto feed = open_feed(address, {.depth = true});
+        std::int64_t index = 0, parts = 0;
+        while (const auto frame = feed->next()) {
+            SCOPED_TRACE(index);
+            EXPECT_EQ(frame->main.info.index, index);
+            const auto& camera = std::get<EquirectCamera>(frame->main.info.camera);
+            EXPECT_FALSE(frame->main.depth_m.empty()) << "tiles without their depth are none";
+            if (frame->base && camera.height == 64 && camera.width <= 128) {
+                ++parts;
+                expect_part(frame->main, index,
+                            {{}, window_place({512, 256, camera.width, 64}, camera.range).value(), camera.width});
+            }
+            ++index;
+        }
+        EXPECT_EQ(index, 20);
+        EXPECT_GE(parts, 12) << "others have all tiles, or those of two moments";
+        EXPECT_EQ(feed->truncation(), "");
+        sending.join();
+    }
 }
 
 }  // namespace

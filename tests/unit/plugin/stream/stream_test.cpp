@@ -274,5 +274,124 @@ TEST(Stream, WritingTheWrongPicturesIsAnError) {
     EXPECT_THROW(write(TrackRole::small, 192, 4), WorkError);  // no such track
 }
 
+/// Where frame data of this role lies in a file: its UUID, version and size, then the role.
+std::vector<std::size_t> payloads_of(const std::string& bytes, TrackRole role) {
+    const auto payload = encode_frame_info(role, synthetic::info(64, 64, 0));
+    const std::string uuid(payload.begin(), payload.begin() + 16);
+    std::vector<std::size_t> places;
+    for (std::size_t at = bytes.find(uuid); at != std::string::npos; at = bytes.find(uuid, at + 1))
+        if (std::uint8_t(bytes.at(at + 20)) == payload[20])
+            places.push_back(at);
+    return places;
+}
+
+void expect_tiles(const synthetic::MadeTiles& made, StreamReader& reader) {
+    std::vector<std::int64_t> next(reader.tracks().size(), made.first_index);
+    double worst_psnr_db = HUGE_VAL;
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        ASSERT_TRUE(picture.info);
+        const std::int64_t index = next[picture.track]++;
+        EXPECT_EQ(picture.info->index, index);
+        EXPECT_NEAR(picture.info->time_s, double(index) / 30, 1e-9);
+        EXPECT_EQ(picture.info->crf, 16.0f);
+        if (picture.role == TrackRole::main || picture.role == TrackRole::depth)
+            continue;
+        const int tile = int(picture.track - 1) / (made.depth ? 2 : 1);
+        const FrameInfo expected = synthetic::tile_info(made, tile, index);
+        const auto &range = std::get<EquirectCamera>(picture.info->camera).range,
+                   &there = std::get<EquirectCamera>(expected.camera).range;
+        EXPECT_EQ(range.longitude_min, there.longitude_min);
+        EXPECT_EQ(range.latitude_max, there.latitude_max);
+        EXPECT_EQ(width_of(picture.info->camera), 64);
+        if (picture.role == TrackRole::window_depth) {
+            EXPECT_NEAR(*picture.depth_m.pixel(30, 30), synthetic::tile_depth_m(tile), 0.1);
+        } else {
+            worst_psnr_db =
+                std::min(worst_psnr_db, synthetic::psnr_db(picture.rgb, synthetic::tile_picture(made, tile, index)));
+        }
+    }
+    EXPECT_GT(worst_psnr_db, 30);
+    for (const std::int64_t index : next)
+        EXPECT_EQ(index, made.first_index + made.pictures);
+    EXPECT_EQ(reader.truncation(), "");
+}
+
+TEST(Stream, TilesCarryFrameDataWithTheirKeyFramesAlone) {
+    for (const char* name : {"a.mkv", "a.mp4", "a.ts", "a.nut"})
+        for (const Codec codec : {Codec::h264, Codec::h265})
+            for (const bool length_is_known : {true, false}) {
+                SCOPED_TRACE(std::string(name) + (codec == Codec::h264 ? " H.264" : " H.265"));
+                synthetic::Folder folder;
+                synthetic::MadeTiles made;
+                made.codec = codec;
+                made.preset = "veryfast";  // with pictures that are coded before earlier ones
+                made.grid = {2, 1};
+                made.depth = true;
+                made.length_is_known = length_is_known;
+                synthetic::write(folder / name, made);
+                const std::string bytes = bytes_of(folder / name);
+                // Of groups of 4, 4 and 2, if the container has names to know tiles by.
+                const std::size_t tagged = length_is_known && std::string_view(name).starts_with("a.m") ? 3 : 10;
+                EXPECT_EQ(payloads_of(bytes, TrackRole::main).size(), 10u);
+                EXPECT_EQ(payloads_of(bytes, TrackRole::window).size(), 2 * tagged);
+                EXPECT_EQ(payloads_of(bytes, TrackRole::window_depth).size(), 2 * tagged);
+                StreamReader reader((folder / name).string());
+                expect_tiles(made, reader);
+            }
+}
+
+/// Main and the first so many tiles of {2, 1} in groups of 4.
+void write_frames(const std::filesystem::path& file, const std::vector<std::int64_t>& indices, int tiles) {
+    const synthetic::MadeTiles made{.grid = {2, 1}};
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.gop = 4;
+    settings.pictures = std::uint32_t(indices.size());
+    settings.tracks.assign(std::size_t(tiles + 1), {TrackRole::window, 64, 64});
+    settings.tracks.front() = {TrackRole::main, 128, 64};
+    StreamWriter writer(file.string(), settings);
+    for (const std::int64_t index : indices) {
+        writer.write(TrackRole::main, synthetic::picture(128, 64, index).view(), synthetic::info(128, 64, index));
+        for (int tile = 0; tile < tiles; ++tile)
+            writer.write(TrackRole::window, synthetic::tile_picture(made, tile, index).view(),
+                         synthetic::tile_info(made, tile, index), std::size_t(tile));
+    }
+    writer.finish();
+}
+
+/// Of each track; -1: it does not say.
+std::vector<std::vector<std::int64_t>> indices_of(StreamReader& reader) {
+    std::vector<std::vector<std::int64_t>> found(reader.tracks().size());
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        found[picture.track].push_back(picture.info ? picture.info->index : -1);
+    return found;
+}
+
+TEST(Stream, TilesHaveTheirNumbersWhereFramesAreLeftOut) {
+    synthetic::Folder folder;
+    const std::vector<std::int64_t> indices = {3, 4, 6, 7, 8, 12, 13};
+    write_frames(folder / "a.mkv", indices, 2);
+    StreamReader reader((folder / "a.mkv").string());
+    EXPECT_EQ(indices_of(reader), std::vector(3, indices));
+    EXPECT_EQ(reader.truncation(), "") << "none is missing";
+}
+
+/// What a tile's picture does not say its group does; a window alone stands for itself.
+TEST(Stream, AWindowThatLostItsDataHasNone) {
+    for (const int windows : {1, 2}) {
+        synthetic::Folder folder;
+        write_frames(folder / "a.mkv", {0, 1, 2, 3, 4, 5, 6, 7}, windows);
+        std::string bytes = bytes_of(folder / "a.mkv");
+        const auto payloads = payloads_of(bytes, TrackRole::window);
+        ASSERT_EQ(payloads.size(), windows == 1 ? 8u : 4u);
+        bytes[payloads[windows == 1 ? 4u : 2u]] ^= 0x55;  // of frame 4, which begins the second group
+        std::ofstream(folder / "a.mkv", std::ios::binary) << bytes;
+        StreamReader reader((folder / "a.mkv").string());
+        const std::int64_t fourth = windows == 1 ? -1 : 4;
+        EXPECT_EQ(indices_of(reader)[1], (std::vector<std::int64_t>{0, 1, 2, 3, fourth, 5, 6, 7}));
+        EXPECT_EQ(reader.truncation().empty(), windows == 2);
+    }
+}
+
 }  // namespace
 }  // namespace equistream

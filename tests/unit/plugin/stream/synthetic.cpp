@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 
 /// libx265 3.5 does not free the user data of an encoder's last picture.
@@ -88,6 +89,72 @@ void write(const std::filesystem::path& file, const Made& made) {
             writer.write(
                 track.role, picture(track.width, track.height, index).view(),
                 info(track.width, track.height, index, track.role == TrackRole::main ? Eye::centre : Eye::right));
+    writer.finish();
+}
+
+namespace {
+
+ByteImage part_of(const ByteImage& sphere, const WindowGrid& grid, WindowPlace place) {
+    ByteImage part(grid.width, grid.height, 3);
+    for (int y = 0; y < grid.height; ++y)
+        std::copy_n(sphere.pixel(place.x, place.y + y), 3 * grid.width, part.pixel(0, y));
+    return part;
+}
+
+}  // namespace
+
+ByteImage tile_picture(const MadeTiles& made, int tile, std::int64_t index) {
+    const WindowGrid grid = made.windows();
+    return part_of(picture(grid.columns, grid.rows, index), grid, tile_place(grid, made.grid, tile));
+}
+
+FrameInfo tile_info(const MadeTiles& made, int tile, std::int64_t index) {
+    const WindowGrid grid = made.windows();
+    FrameInfo result = info(grid.width, grid.height, index);
+    result.camera = window_camera(grid, tile_place(grid, made.grid, tile));
+    result.frames_per_second = made.frames_per_second;
+    result.time_s = double(index) / made.frames_per_second;
+    return result;
+}
+
+void write(const std::filesystem::path& file, const MadeTiles& made) {
+    constexpr int width = tiles_base_columns, height = width / 2;
+    const WindowGrid grid = made.windows();
+    StreamSettings settings;
+    settings.codec = made.codec;
+    settings.preset = made.preset;
+    settings.gop = made.gop;
+    settings.frames_per_second = made.frames_per_second;
+    settings.pictures = made.length_is_known ? std::uint32_t(made.pictures) : 0;
+    settings.tracks = {{TrackRole::main, width, height}};
+    for (int tile = 0; tile < made.grid.count(); ++tile) {
+        settings.tracks.push_back({TrackRole::window, grid.width, grid.height});
+        if (made.depth)
+            settings.tracks.push_back({TrackRole::window_depth, grid.width, grid.height, DepthCodeId::w10});
+    }
+    if (made.depth)
+        settings.tracks.push_back({TrackRole::depth, width, height, DepthCodeId::w10});
+    const DepthCodeInfo depth_code{DepthCodeId::w10, {0.0315, 1, true}, 0};
+    StreamWriter writer(file.string(), settings);
+    for (std::int64_t index = made.first_index; index < made.first_index + made.pictures; ++index) {
+        FrameInfo of_main = tile_info(made, 0, index);
+        of_main.camera = EquirectCamera{width, height, {}};
+        writer.write(TrackRole::main, picture(width, height, index).view(), of_main);
+        const ByteImage sphere = picture(grid.columns, grid.rows, index);
+        for (int tile = 0; tile < made.grid.count(); ++tile) {
+            FrameInfo tagged = tile_info(made, tile, index);
+            const ByteImage part = part_of(sphere, grid, tile_place(grid, made.grid, tile));
+            writer.write(TrackRole::window, part.view(), tagged, std::size_t(tile));
+            tagged.depth_code = depth_code;
+            if (made.depth)
+                writer.write_depth(TrackRole::window_depth,
+                                   FloatImage(grid.width, grid.height, 1, tile_depth_m(tile)).view(), tagged,
+                                   std::size_t(tile));
+        }
+        of_main.depth_code = depth_code;
+        if (made.depth)
+            writer.write_depth(TrackRole::depth, FloatImage(width, height, 1, 3).view(), of_main);
+    }
     writer.finish();
 }
 

@@ -40,6 +40,29 @@ Made small_stream(Codec codec, bool two_tracks);
 /// Writes the stream; main's and small's pictures are picture() of each index.
 void write(const std::filesystem::path& file, const Made& made);
 
+/// A sphere of picture() cut into tiles of 64x64, within a base of 128x64.
+struct MadeTiles {
+    TileGrid grid{4, 2};
+    Codec codec = Codec::h264;
+    std::string preset = "ultrafast";
+    int pictures = 10, gop = 4;
+    std::int64_t first_index = 5;
+    double frames_per_second = 30;
+    bool depth = false;           ///< of tiles tile_depth_m(), and of main the last track: 3 m
+    bool length_is_known = true;  ///< beforehand
+    int columns() const { return 64 * grid.columns; }
+    WindowGrid windows() const { return tile_grid(columns(), grid); }
+};
+inline constexpr int tiles_base_columns = 128;
+
+/// The part of the sphere of this index that a tile shows, and what its picture says.
+ByteImage tile_picture(const MadeTiles& made, int tile, std::int64_t index);
+FrameInfo tile_info(const MadeTiles& made, int tile, std::int64_t index);
+inline float tile_depth_m(int tile) {
+    return 1 + 0.5f * float(tile);
+}
+void write(const std::filesystem::path& file, const MadeTiles& made);
+
 /// All pictures of a stream in the order they come.
 std::vector<DecodedPicture> read_all(StreamReader& reader);
 
