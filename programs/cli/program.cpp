@@ -233,13 +233,13 @@ void require(bool good, const std::string& option, const std::string& expected, 
         throw InputError(expected_found(option, expected, found));
 }
 
-Size parse_size(const std::string& text) {
+Size parse_size(const std::string& text, const std::string& option) {
     const std::size_t x = text.find('x');
     Size size;
     const bool good = x != std::string::npos && read_whole(std::string_view(text).substr(0, x), size.width) &&
                       read_whole(std::string_view(text).substr(x + 1), size.height) && size.width >= 1 &&
                       size.height >= 1 && size.width <= max_image_side && size.height <= max_image_side;
-    require(good, "--size", "WxH, each 1 to " + std::to_string(max_image_side), in_quotes(text));
+    require(good, option, "WxH, each 1 to " + std::to_string(max_image_side), in_quotes(text));
     return size;
 }
 

@@ -58,7 +58,7 @@ struct Size {
     int width = 0;
     int height = 0;
 };
-Size parse_size(const std::string& text);  ///< "960x480"
+Size parse_size(const std::string& text, const std::string& option = "--size");  ///< "960x480"
 
 struct FrameRange {
     std::int64_t first = 0;

@@ -29,9 +29,7 @@ struct DepthRequest {
 
     /// To try, the least first: more where less leaves few pixels within the bound. Clean colour takes so few bits that
     /// a tenth of them starves depth.
-    std::vector<double> shares() const {
-        return share ? std::vector{*share} : std::vector{0.1, 0.2, 0.3};
-    }
+    std::vector<double> shares() const { return share ? std::vector{*share} : std::vector{0.1, 0.2, 0.3}; }
 };
 
 /// One colour track's depth, or main's mirrors and glass.

@@ -19,14 +19,17 @@ namespace {
 StreamSettings settings_for(const EncodeRequest& request, const std::vector<Picture>& first) {
     StreamSettings settings = request.settings;
     settings.tracks.clear();
+    const bool has_window = std::ranges::find(first, TrackRole::window, &Picture::role) != first.end();
     for (const Picture& picture : first) {
         settings.tracks.push_back({picture.role, picture.width(), picture.height()});
+        if (picture.role == TrackRole::main && has_window)
+            settings.tracks.back().crf = base_crf(request.settings.crf);
         if (picture.role != TrackRole::main && picture.role != TrackRole::window)
             settings.tracks.back().crf =
                 request.fill_crf.value_or(default_fill_crf(picture.role, request.settings.crf));
         for (const auto& [track, distances_m] : picture.distances_m)
-            settings.tracks.push_back(
-                {track->role, distances_m.width(), distances_m.height(), track->code, track->crf, track->halved});
+            settings.tracks.push_back({distances_role(picture, *track), distances_m.width(), distances_m.height(),
+                                       track->code, track->crf, is_halved(*track, distances_m)});
     }
     settings.frames_per_second = first.front().info.frames_per_second;
     settings.scene = first.front().info.scene;
@@ -60,13 +63,14 @@ public:
                     std::ranges::count_if(distances_m.samples(), [&](float r) { return r < float(range.near_m); });
             FrameInfo info = picture.info;
             info.depth_code = DepthCodeInfo{track->code, range, 0};
-            writer.write_depth(track->role, distances_m.view(), info);
+            writer.write_depth(distances_role(picture, *track), distances_m.view(), info, picture.tile);
         }
     }
 
-    void report(EncodedTrack& encoded) const {
+    /// `track`: the plan's.
+    void report(const DepthTrack& track, EncodedTrack& encoded) const {
         for (std::size_t i = 0; i < plan_.tracks.size(); ++i)
-            if (plan_.tracks[i].role == encoded.settings.role) {
+            if (&plan_.tracks[i] == &track) {
                 encoded.range = written_[i].first;
                 encoded.bound_rad = written_[i].bound_rad;
                 encoded.clamped_pixels = written_[i].clamped_pixels;
@@ -83,6 +87,69 @@ private:
     const DepthPlan& plan_;
     std::vector<Written> written_;  // as the plan's tracks
 };
+
+/// Which of the source's a track was made of: tiles are main's.
+TrackRole role_of_source(TrackRole role, const ReadPlan& plan) {
+    if (!plan.tiles || !may_be_tiled(role))
+        return role;
+    return role == TrackRole::window         ? TrackRole::main
+           : role == TrackRole::window_depth ? TrackRole::depth
+                                             : TrackRole::reflections;
+}
+
+/// Tiles are one entry, with the sum of their bytes.
+void report_tracks(const EncodeRequest& request, const ReadPlan& plan, const DepthWriter& depths,
+                   const std::vector<std::int64_t>& bytes, EncodeReport& report) {
+    for (std::size_t i = 0; i < report.settings.tracks.size(); ++i) {
+        const TrackSettings& track = report.settings.tracks[i];
+        const auto same = std::ranges::find_if(
+            report.tracks, [&](const EncodedTrack& other) { return other.settings.role == track.role; });
+        if (same != report.tracks.end()) {
+            ++same->tiles;
+            same->bytes += bytes[i];
+            continue;
+        }
+        const TrackRole role = role_of_source(track.role, plan);
+        const auto distances = std::ranges::find(plan.depth.tracks, role, &DepthTrack::role);
+        const auto source = std::ranges::find(request.sources.tracks, role, &SourceTrack::role);
+        const bool has_distances = distances != plan.depth.tracks.end();
+        EncodedTrack encoded;
+        encoded.settings = track;
+        encoded.folder = has_distances ? distances->source.folder : source->folder;
+        encoded.bytes = bytes[i];
+        if (has_distances)
+            depths.report(*distances, encoded);
+        report.tracks.push_back(std::move(encoded));
+    }
+}
+
+/// With the base's default where it was not given. Throws InputError where no such tiles can be made of the folder.
+std::optional<TilePlan> checked_tiles(const EncodeRequest& request, const Picture& main) {
+    if (!request.tiles)
+        return std::nullopt;
+    TilePlan plan = *request.tiles;
+    if (plan.base_columns == 0)
+        plan.base_columns = std::max(main.width() / 24 * 4, 2 * min_track_side);
+    const std::string folder = request.sources.tracks.front().folder.string();
+    const auto* sphere = std::get_if<EquirectCamera>(&main.info.camera);
+    cli::require(sphere != nullptr && sphere->range.is_full_sphere() && main.width() == 2 * main.height(),
+                 "--tiles: " + folder, "whole spheres, twice as wide as high", size_text(main.width(), main.height()));
+    cli::require(main.info.lock == AxisLock::world, "--tiles: " + folder,
+                 "spheres whose axes stay with the world (render --lock world)", "axes that turn with the path");
+    if (const auto problem = tile_problem(main.width(), plan.grid))
+        throw InputError("--" + *problem);
+    const WindowGrid tile = tile_grid(main.width(), plan.grid);
+    cli::require(std::min(tile.width, tile.height) >= min_track_side, "--tiles",
+                 "tiles of at least " + size_text(min_track_side, min_track_side) + " pixels",
+                 size_text(tile.width, tile.height));
+    cli::require(plan.base_columns % 4 == 0 && plan.base_columns >= 2 * min_track_side &&
+                     plan.base_columns < main.width(),
+                 "--base",
+                 "a multiple of 4 from " + std::to_string(2 * min_track_side) + " on, below the sphere's " +
+                     std::to_string(main.width()),
+                 std::to_string(plan.base_columns));
+    return plan;
+}
 
 /// Streams do without the figure where it cannot be had.
 void measure_coding(ColourTrials& trials, EncodeReport& report) {
@@ -107,14 +174,17 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     std::vector<std::string> for_motion;
     if (request.motion)
         for_motion = motion_planes(request.sources.tracks.front().folder / frame_file_name(frames.front()));
-    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion};
-    if (!plan.depth.tracks.empty() || request.motion)
+    const std::optional<TilePlan> tiles = checked_tiles(request, pictures.front());
+    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion, tiles};
+    if (!plan.depth.tracks.empty() || request.motion || request.tiles)
         pictures = read_frame(request.sources, plan, frames.front(), coding);
     EncodeReport report;
-    report.settings = settings_for(request, pictures);
+    report.first = pictures.front().info;
+    const auto coded = [&] { return plan.tiles ? in_tiles(std::move(pictures), *plan.tiles) : std::move(pictures); };
+    std::vector<Picture> to_code = coded();
+    report.settings = settings_for(request, to_code);
     report.trial = plan.depth.trial;
     report.images_left_out_share = plan.depth.images_left_out_share;
-    report.first = pictures.front().info;
     if (request.motion)
         report.motion.emplace();
     DepthWriter depths(plan.depth, frames, request.settings.gop);
@@ -123,16 +193,17 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         writer.unfinished_file().empty() ? "" : "; what was coded so far is kept in " + writer.unfinished_file();
     if (report.settings.tagged)
         measure_coding(trials, report);
+    const TrackRole looked_at = plan.tiles ? TrackRole::window : request.sources.looked_at().role;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         // The next frame is read while this one is coded.
         std::future<std::vector<Picture>> next;
         if (i + 1 < frames.size())
             next = std::async(std::launch::async,
                               [&, index = frames[i + 1]] { return read_frame(request.sources, plan, index, coding); });
-        for (const Picture& picture : pictures) {
+        for (const Picture& picture : to_code) {
             const auto began = Clock::now();
             FrameInfo info = picture.info;
-            if (picture.role == request.sources.looked_at().role)
+            if (picture.role == looked_at)
                 info.coding_loss = report.colour.loss;
             if (picture.motion)
                 report.motion->add(*picture.motion, info);
@@ -146,9 +217,11 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         }
         progress(i + 1);
         try {
-            if (next.valid())
-                pictures = next.get();
+            if (!next.valid())
+                continue;
+            pictures = next.get();
             renders.check(pictures);
+            to_code = coded();
         } catch (const std::exception& error) {
             throw WorkError(error.what() + kept);
         }
@@ -156,15 +229,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     const auto ending = Clock::now();
     writer.finish();
     report.encode_ms += milliseconds_since(ending);
-    for (std::size_t i = 0; i < report.settings.tracks.size(); ++i) {
-        const TrackSettings& track = report.settings.tracks[i];
-        const auto distances = std::ranges::find(plan.depth.tracks, track.role, &DepthTrack::role);
-        const auto source = std::ranges::find(request.sources.tracks, track.role, &SourceTrack::role);
-        report.tracks.push_back({track,
-                                 distances != plan.depth.tracks.end() ? distances->source.folder : source->folder,
-                                 writer.bytes()[i]});
-        depths.report(report.tracks.back());
-    }
+    report_tracks(request, plan, depths, writer.bytes(), report);
     report.sphere_tag = writer.tags_sphere();
     report.wall_ms = milliseconds_since(start);
     return report;

@@ -16,17 +16,25 @@ inline double default_fill_crf(TrackRole role, double crf) {
     return std::min(crf + (role == TrackRole::small ? 8 : 12), 51.0);
 }
 
+/// Of a sphere around a window, which is seen in few pixels too, and blurred: 8 more take half of its bytes, and half a
+/// decibel of what is seen of it (docs/results/window.md).
+inline double base_crf(double crf) {
+    return std::min(crf + 8, 51.0);
+}
+
 struct EncodeRequest {
     Sources sources;
     std::string target;
     DepthRequest depth;
     bool motion = false;             ///< what moves by itself goes with main's pictures
+    std::optional<TilePlan> tiles;   ///< main is sent so; without base_columns: a sixth of main's
     std::optional<double> fill_crf;  ///< of the gap filling tracks' colour; nothing: as default_fill_crf
     StreamSettings settings;         ///< tracks, frame rate, scene, sphere and length are filled from the frames
 };
 
 struct EncodedTrack {
     TrackSettings settings;
+    int tiles = 1;  ///< so many tracks alike, of which the other figures are sums
     std::filesystem::path folder;
     std::int64_t bytes = 0;
     std::optional<DepthRange> range{};  ///< of a depth track: of its first group

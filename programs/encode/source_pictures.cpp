@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace equistream {
 
@@ -20,6 +22,58 @@ std::vector<const DepthTrack*> distances_of(const DepthPlan& plan, TrackRole col
         if (track.source.role == colour)
             tracks.push_back(&track);
     return tracks;
+}
+
+/// A coarser sphere's colours: means of the light that falls on its pixels.
+FloatImage coarser(ImageView<const float> sphere, int columns) {
+    FloatImage base(columns, columns / 2, sphere.channels);
+    const WindowGrid all{sphere.width, sphere.height, sphere.width, sphere.height};
+    WindowCover(all, {0, 0}, base.width(), base.height()).put(sphere, base.view());
+    return base;
+}
+
+/// A coarser sphere's distances: the nearest of the four around each pixel's middle.
+FloatImage coarser_distances(const FloatImage& sphere_m, int columns) {
+    FloatImage base_m(columns, columns / 2, 1);
+    const auto around = [](int pixel, int coarse, int fine) {
+        const std::int64_t doubled = (2 * std::int64_t(pixel) + 1) * fine;
+        return int((doubled - coarse) / (2 * std::int64_t(coarse)));  // the one whose middle is no later
+    };
+    for (int y = 0; y < base_m.height(); ++y)
+        for (int x = 0; x < base_m.width(); ++x) {
+            float nearest = std::numeric_limits<float>::quiet_NaN();
+            for (int i = 0; i < 4; ++i) {
+                const int column = std::min(around(x, base_m.width(), sphere_m.width()) + i % 2, sphere_m.width() - 1);
+                const int row = std::min(around(y, base_m.height(), sphere_m.height()) + i / 2, sphere_m.height() - 1);
+                nearest = std::fmin(nearest, *sphere_m.pixel(column, row));
+            }
+            *base_m.pixel(x, y) = nearest;
+        }
+    return base_m;
+}
+
+template <typename T>
+Image<T> part_of(const Image<T>& image, const WindowGrid& grid, WindowPlace place) {
+    if (image.empty())
+        return {};
+    Image<T> part(grid.width, grid.height, image.channels());
+    for (int y = 0; y < grid.height; ++y)
+        std::copy_n(image.pixel(place.x, place.y + y), grid.width * image.channels(), part.view().row(y));
+    return part;
+}
+
+/// The sphere that all tiles of `sphere` lie in.
+Picture base_of(const Picture& sphere, const FloatImage& linear, int columns, const ColourCoding& coding) {
+    Picture base;
+    base.info = sphere.info;
+    base.info.camera = EquirectCamera{columns, columns / 2, {}};
+    coding(coarser(linear.view(), columns).view(), sphere.info.exposure, base);
+    for (const auto& [track, distances_m] : sphere.distances_m)
+        base.distances_m.emplace_back(track, coarser_distances(distances_m, columns));
+    base.not_finite_samples = sphere.not_finite_samples;
+    base.read_ms = sphere.read_ms;
+    base.display_ms = sphere.display_ms;
+    return base;
 }
 
 Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPlan& plan, const ColourCoding& coding) {
@@ -54,6 +108,8 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     picture.not_finite_samples =
         std::ranges::count_if(colour->second.samples(), [](float value) { return !std::isfinite(value); });
     coding(colour->second.view(), frame.info.exposure, picture);
+    if (plan.tiles && track.role == TrackRole::main)
+        picture.base = std::make_shared<Picture>(base_of(picture, colour->second, plan.tiles->base_columns, coding));
     picture.display_ms = milliseconds_since(start);
     return picture;
 }
@@ -84,9 +140,35 @@ void check_companion(const std::filesystem::path& main_folder, const FrameInfo& 
 
 void Picture::write(StreamWriter& writer, const FrameInfo& tagged) const {
     if (pq.empty())
-        writer.write(role, rgb.view(), tagged);
+        writer.write(role, rgb.view(), tagged, tile);
     else
-        writer.write_pq(role, pq.view(), tagged);
+        writer.write_pq(role, pq.view(), tagged, tile);
+}
+
+std::vector<Picture> in_tiles(std::vector<Picture> pictures, const TilePlan& plan) {
+    const Picture sphere = std::exchange(pictures.front(), Picture(*pictures.front().base));
+    const WindowGrid grid = tile_grid(sphere.width(), plan.grid);
+    for (int i = 0; i < plan.grid.count(); ++i) {
+        Picture& tile = pictures.emplace_back();
+        const WindowPlace place = tile_place(grid, plan.grid, i);
+        tile.role = TrackRole::window;
+        tile.tile = std::size_t(i);
+        tile.info = sphere.info;
+        tile.info.camera = window_camera(grid, place);
+        tile.rgb = part_of(sphere.rgb, grid, place);
+        tile.pq = part_of(sphere.pq, grid, place);
+        for (const auto& [track, distances_m] : sphere.distances_m)
+            tile.distances_m.emplace_back(track, part_of(distances_m, grid, place));
+    }
+    return pictures;
+}
+
+TrackRole distances_role(const Picture& picture, const DepthTrack& track) {
+    return *(is_reflections(track.role) ? reflections_role_of(picture.role) : depth_role_of(picture.role));
+}
+
+bool is_halved(const DepthTrack& track, const FloatImage& distances_m) {
+    return track.halved && can_be_halved(distances_m.width(), distances_m.height());
 }
 
 /// The main folder's picture and, where both eyes are packed, the other eye's after it.

@@ -6,11 +6,13 @@
 #include <equistream/colour.h>
 #include <equistream/sequence.h>
 #include <equistream/stream.h>
+#include <equistream/window.h>
 
 #include <plugin/motion/find_moving_regions.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -56,6 +58,8 @@ struct Picture {
     void write(StreamWriter& writer, const FrameInfo& tagged) const;
     /// Of the tracks that go with its own, in their order.
     std::vector<std::pair<const DepthTrack*, FloatImage>> distances_m;
+    std::size_t tile = 0;               ///< of a window that is one of several: its number
+    std::shared_ptr<Picture> base;      ///< of main that is to be cut into tiles: the coarser sphere
     std::optional<FoundMotion> motion;  ///< of main, where it was asked for
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;
@@ -84,15 +88,30 @@ private:
     std::optional<PqEncoding> pq_;
 };
 
+/// Main's sphere cut into windows side by side, within a coarser sphere that is made of it.
+struct TilePlan {
+    TileGrid grid;
+    int base_columns = 0;
+};
+
 /// What is read of frames beside their colour.
 struct ReadPlan {
     DepthPlan depth;
     std::vector<std::string> motion_planes;  ///< of main; none: motion is not asked for
+    std::optional<TilePlan> tiles;
 };
+
+/// The role of what goes with a picture: of its depth, or of its mirrors and glass.
+TrackRole distances_role(const Picture& picture, const DepthTrack& track);
+/// Whether these distances of it are coded at half the columns and rows.
+bool is_halved(const DepthTrack& track, const FloatImage& distances_m);
 
 /// Every track's, main's first, with what the plan wants beside it. Throws InputError naming the file.
 std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, std::int64_t index,
                                 const ColourCoding& coding);
+
+/// The same with the base in main's place, and main's tiles behind all others. Pictures of read_frame with this plan.
+std::vector<Picture> in_tiles(std::vector<Picture> pictures, const TilePlan& plan);
 
 /// What can be seen before the first picture is coded, with the folder's name in front.
 void check_sizes(const std::vector<Picture>& first, const Sources& sources);

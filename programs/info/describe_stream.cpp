@@ -3,27 +3,44 @@
 #include <equistream/stream.h>
 
 #include <algorithm>
-#include <map>
 
 namespace equistream {
 
 namespace {
 
-struct Watched {
-    std::vector<DecodedPicture> pictures;
-    StreamReader reader;
+/// One track, or all tiles of a role as one: the first one's frames, and the sum of their pictures and bytes.
+struct Entry {
+    StreamTrackSummary track;
+    int tiles = 1;
+    std::vector<FrameInfo> frames;
+};
 
-    explicit Watched(const std::string& source) : reader(source, {.rgb = false}) {
-        while (auto picture = reader.next())
-            pictures.push_back(std::move(*picture));
+struct Watched {
+    StreamReader reader;
+    std::vector<std::vector<FrameInfo>> frames;  ///< by track
+
+    explicit Watched(const std::string& source) : reader(source, {.rgb = false}), frames(reader.tracks().size()) {
+        while (const auto picture = reader.next())
+            if (picture->info)
+                frames[picture->track].push_back(*picture->info);
     }
 
-    std::vector<FrameInfo> frames_of(TrackRole role) const {
-        std::vector<FrameInfo> frames;
-        for (const DecodedPicture& picture : pictures)
-            if (picture.role == role && picture.info)
-                frames.push_back(*picture.info);
-        return frames;
+    std::vector<Entry> entries() const {
+        std::vector<Entry> all;
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            const StreamTrackSummary& track = reader.tracks()[i];
+            const auto same = std::ranges::find_if(all, [&](const Entry& entry) {
+                return may_be_tiled(track.role) && entry.track.role == track.role && !frames[i].empty();
+            });
+            if (same == all.end()) {
+                all.push_back({track, 1, frames[i]});
+                continue;
+            }
+            ++same->tiles;
+            same->track.pictures += track.pictures;
+            same->track.bytes += track.bytes;
+        }
+        return all;
     }
 };
 
@@ -61,12 +78,15 @@ nlohmann::json moving_json(const std::vector<FrameInfo>& frames) {
     return {{"pictures", moving.pictures}, {"most_regions", moving.max_regions}, {"bytes", moving.bytes}};
 }
 
-std::string track_text(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {
-    std::string text = formatted(
-        "track %s: %s, %dx%d %s, %.3f frames/s, %lld pictures, %s (%s a picture)\n",
-        frames.empty() ? shown(track.name).c_str() : track_name(track.role), track.codec.c_str(), track.width,
-        track.height, track.pixel_format.c_str(), track.frames_per_second, static_cast<long long>(track.pictures),
-        bytes_text(static_cast<double>(track.bytes)).c_str(), bytes_text(bytes_a_picture(track)).c_str());
+std::string track_text(const Entry& entry, bool each_frame) {
+    const auto& [track, tiles, frames] = entry;
+    const std::string count = tiles == 1 ? "" : std::to_string(tiles) + " tiles of ";
+    std::string text =
+        formatted("track %s: %s, %s%dx%d %s, %.3f frames/s, %lld pictures, %s (%s a picture)\n",
+                  frames.empty() ? shown(track.name).c_str() : track_name(track.role), track.codec.c_str(),
+                  count.c_str(), track.width, track.height, track.pixel_format.c_str(), track.frames_per_second,
+                  static_cast<long long>(track.pictures), bytes_text(static_cast<double>(track.bytes)).c_str(),
+                  bytes_text(bytes_a_picture(track)).c_str());
     text += "  colour     " + track.colour + " (range/primaries/transfer/matrix)\n";
     if (track.equirect)
         text += "  sphere     tagged as equirectangular: ordinary 360 degree players show it\n";
@@ -82,8 +102,10 @@ std::string track_text(const StreamTrackSummary& track, const std::vector<FrameI
     return each_frame ? text + each_text(frames) : text;
 }
 
-nlohmann::json track_json(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {
+nlohmann::json track_json(const Entry& entry, bool each_frame) {
+    const auto& [track, tiles, frames] = entry;
     nlohmann::json json = {{"name", frames.empty() ? track.name : std::string(track_name(track.role))},
+                           {"tiles", tiles},
                            {"codec", track.codec},
                            {"width", track.width},
                            {"height", track.height},
@@ -112,10 +134,9 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
     description.json = {{"kind", "stream"},     {"source", source},  {"container", watched.reader.container()},
                         {"whole", cut.empty()}, {"truncation", cut}, {"tracks", nlohmann::json::array()}};
     description.text = shown(source) + ": video, " + watched.reader.container() + "\n";
-    for (const StreamTrackSummary& track : watched.reader.tracks()) {
-        const auto frames = watched.frames_of(track.role);
-        description.json["tracks"].push_back(track_json(track, frames, options.each_frame));
-        description.text += track_text(track, frames, options.each_frame);
+    for (const Entry& entry : watched.entries()) {
+        description.json["tracks"].push_back(track_json(entry, options.each_frame));
+        description.text += track_text(entry, options.each_frame);
     }
     description.text += cut.empty() ? "whole: nothing is missing\n" : "not whole: " + cut + "\n";
     return description;

@@ -299,5 +299,52 @@ class Windows(Commands):
         self.assertFalse((self.out / "w").exists())
 
 
+class Tiles(Commands):
+    def refused_of(self, render, *cases):
+        frames = self.out / "frames"
+        self.done("render", self.scene, "--frames", "0-0", "--spp", 1, "--out", frames, *render)
+        for words, line in cases:
+            self.refused(["encode", frames, "--out", self.out / "a.mkv", *words], line)
+        self.assertEqual([path.name for path in self.out.iterdir()], ["frames"])
+
+    def test_those_that_cannot_be(self):
+        few = "--tiles: expected at least 2 across and 1 down, found "
+        divide = "--tiles: expected numbers that divide 256x128 pixels into multiples of 16, found "
+        small = "--tiles: expected tiles of at least 64x64 pixels, found "
+        base = "--base: expected a multiple of 4 from 128 on, below the sphere's 256, found "
+        tiles = ["--tiles", "4x2"]
+        self.refused_of(
+            ["--size", "256x128", "--aovs", "depth", "--layers"],
+            (["--tiles", "1x1"], few + "1x1"),
+            (["--tiles", "7x3"], divide + "7x3"),
+            (["--tiles", "32x1"], divide + "32x1"),
+            (["--tiles", "4x4"], small + "64x32"),
+            (["--tiles", "0x2"], "--tiles"),
+            (["--tiles", "8"], "--tiles"),
+            (["--tiles", "99999999999x1"], "--tiles"),
+            (["--base", 128], "--base: expected --tiles, whose base it is, found no tiles"),
+            ([*tiles, "--base", 5], base + "5"),
+            ([*tiles, "--base", -128], "--base"),
+            ([*tiles, "--base", 256], base + "256"),
+            ([*tiles, "--base", 130], base + "130"),
+            ([*tiles, "--motion", "auto"], "--tiles 4x2: expected --motion none: what moves is said of whole spheres, found auto"),
+            ([*tiles, "--fill", "hidden"], "--tiles 4x2: expected a whole sphere with a small stream at most (--fill none or small), found hidden in "),
+        )
+
+    def test_of_two_eyes(self):
+        self.refused_of(["--size", "256x128", "--eye", "both"],
+                        (["--tiles", "4x2", "--stereo", "top-bottom"], "--tiles 4x2: expected --stereo tracks, found top-bottom"))
+
+    def test_of_windows(self):
+        self.refused_of(["--size", "128x64", "--window", "gaze,90x90", "--density", 256],
+                        (["--tiles", "2x1"], "--tiles 2x1: expected a whole sphere with a small stream at most"))
+
+    def test_of_flat_views(self):
+        self.refused_of(["--size", "256x128", "--camera", "perspective"], (["--tiles", "4x2"], "expected whole spheres, twice as wide as high, found 256x128"))
+
+    def test_of_parts_of_spheres(self):
+        self.refused_of(["--size", "256x128", "--range", "180,90"], (["--tiles", "4x2"], "expected whole spheres, twice as wide as high, found 256x128"))
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=2)

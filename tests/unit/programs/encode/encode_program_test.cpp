@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
+#include <map>
+
 namespace equistream::test {
 namespace {
 
@@ -113,6 +115,73 @@ TEST_F(Programs, EncodeChoosesFoldersAndFrames) {
     expect_failure(run(r + "' --frames 9-2" + out), 2, "9-2");
     expect_failure(run(r + "' --fill both" + out), 2, "small");
     EXPECT_FALSE(fs::exists(folder / "b.mkv"));
+}
+
+/// What tiles show, put together again, by frame.
+std::map<std::int64_t, ByteImage> spheres_of(const std::string& file, const WindowGrid& grid) {
+    std::map<std::int64_t, ByteImage> spheres;
+    StreamReader reader(file);
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        if (picture.role != TrackRole::window)
+            continue;
+        const auto place = window_place(grid, std::get<EquirectCamera>(picture.info.value().camera).range).value();
+        ByteImage& sphere = spheres.try_emplace(picture.info->index, grid.columns, grid.rows, 3).first->second;
+        for (int y = 0; y < picture.height; ++y)
+            std::copy_n(picture.rgb.pixel(0, y), 3 * picture.width, sphere.pixel(place.x, place.y + y));
+    }
+    EXPECT_EQ(reader.truncation(), "");
+    return spheres;
+}
+
+TEST_F(Programs, TilesShowWhatTheWholeSphereDoes) {
+    render("r/centre", 512, 256, 3, 5);
+    for (std::int64_t index = 3; index <= 5; ++index) {
+        Frame frame = read_exr(folder / "r/centre" / frame_file_name(index));
+        FloatImage& depth_m = frame.planes.emplace("depth", FloatImage(512, 256, 1, 2.0f)).first->second;
+        std::fill_n(depth_m.pixel(0, 64), 64 * 512, 5.0f);  // the second row of tiles
+        write_exr(folder / "r/centre" / frame_file_name(index), frame);
+    }
+    const std::string words = "encode '" + path("r") +
+                              "' --preset ultrafast --gop 2 --json --depth w10 --depth-crf 14 --depth-scale 1 --out '";
+    ASSERT_EQ(run(words + path("whole.mkv") + "'").status, 0);
+    StreamReader reader(path("whole.mkv"));
+    std::map<std::int64_t, double> whole_psnr_db;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        if (picture.role == TrackRole::main)
+            whole_psnr_db[picture.info->index] =
+                synthetic::psnr_db(picture.rgb, synthetic::picture(512, 256, picture.info->index));
+    for (const std::string& file : {path("a.mkv"), path("a.mp4")}) {
+        const Ran ran = run(words + file + "' --tiles 8x4");
+        ASSERT_EQ(ran.status, 0) << ran.errors;
+        std::map<std::string, std::vector<int>> tracks;
+        const auto report = nlohmann::json::parse(ran.output);
+        for (const auto& track : report["tracks"])
+            tracks[track["name"]] = {track["tiles"], track["width"], track["height"]};
+        EXPECT_EQ(tracks, (std::map<std::string, std::vector<int>>{{"main", {1, 128, 64}},
+                                                                   {"depth", {1, 128, 64}},
+                                                                   {"window", {32, 64, 64}},
+                                                                   {"window-depth", {32, 64, 64}}}));
+        EXPECT_EQ(report["tracks"].size(), 4u) << "one entry for all tiles";
+        const auto spheres = spheres_of(file, {512, 256, 64, 64});
+        ASSERT_EQ(spheres.size(), 3u);
+        for (const auto& [index, sphere] : spheres)
+            EXPECT_GT(synthetic::psnr_db(sphere, synthetic::picture(512, 256, index)), whole_psnr_db[index] - 1);
+        StreamReader tiles(file);
+        for (const DecodedPicture& picture : synthetic::read_all(tiles)) {
+            const bool second_row = picture.track / 2 >= 9 && picture.track / 2 < 17;
+            if (picture.role == TrackRole::main) {
+                EXPECT_GT(synthetic::psnr_db(picture.rgb, synthetic::picture(128, 64, picture.info->index)), 30);
+            } else if (picture.role == TrackRole::depth) {
+                EXPECT_NEAR(*picture.depth_m.pixel(50, 20), 5, 0.2);
+            } else if (picture.role == TrackRole::window_depth) {
+                EXPECT_NEAR(*picture.depth_m.pixel(50, 20), second_row ? 5 : 2, 0.2) << picture.track;
+            }
+        }
+    }
+    const Ran text =
+        run("encode '" + path("r") + "' --preset ultrafast --tiles 2x1 --base 256 --out '" + path("b.mkv") + "'");
+    EXPECT_NE(text.output.find("2 tiles of 256x256"), std::string::npos) << text.output << text.errors;
+    EXPECT_EQ(StreamReader(path("b.mkv")).tracks().front().width, 256);
 }
 
 TEST_F(Programs, EncodeReportsBesideTheStreamItWritesToStandardOutput) {
