@@ -190,6 +190,7 @@ SessionState Session::shown_state() const {
 
 std::array<EyeView, 2> Session::set_views(const SessionRequest& request, SessionState& state) {
     view_ = fitted_view({request.eyes[0].fov, request.eyes[1].fov}, {request.width, request.height}, max_covering_view);
+    poses_.look_through(view_.camera);
     std::array<EyeView, 2> eyes;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
         eyes[i] = {view_.camera, composed(request.head, request.eyes[i].in_head)};

@@ -201,11 +201,11 @@ void Presenter::log_connection() {
                      is_lost ? "the connection was lost; trying again" : "connected again");
 }
 
-/// A head that only turns leaves the server its own path: a sphere has all directions.
+/// A head that only turns leaves the server its own path: a sphere has all directions, but for what is beyond a window.
 void Presenter::lead() {
     const bool has_moved =
         is_worn_ ? glm::length(seen_head_.position_m) > still_m : motion_.navigator().offset_m() != glm::dvec3(0);
-    if ((has_moved || followed_.is_followed()) && poses_.send({frame().main.info.time_s, head()}))
+    if ((has_moved || frame().base || followed_.is_followed()) && poses_.send({frame().main.info.time_s, head()}))
         followed_.sent(head());
 }
 

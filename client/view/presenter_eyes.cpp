@@ -66,6 +66,7 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
         eyes[std::size_t(i)] = {camera,
                                 {eye_position(head, right ? Eye::right : Eye::left, ipd_m()), head.orientation}};
     }
+    poses_.look_through(camera);
     renderer_.extrapolate(extrapolation_s_);
     renderer_.look({eyes.data(), std::size_t(count)}, settings_.by_depth || splits, times_);
     renderer_.draw(refresh_options(), targets_, times_);
@@ -169,6 +170,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
         eyes[i] = {seen.view.camera, composed(middle, seen.eyes[i])};
         worn_eyes_m_[i] = eyes[i].pose.position_m;
     }
+    poses_.look_through(seen.view.camera);
     latency_.measured(seen.until_seen_s);
     extrapolation_s_ = wanted_extrapolation_s(seen.until_seen_s);
     renderer_.extrapolate(extrapolation_s_);

@@ -24,7 +24,8 @@ constexpr std::uint32_t max_samples = 1 << 20;
 struct Order {
     std::int64_t frame = 0;
     std::uint32_t spp = 1;
-    std::optional<Pose> head;  ///< nothing: where the path has it
+    std::optional<Pose> head;        ///< nothing: where the path has it
+    std::optional<glm::dvec3> gaze;  ///< a unit direction; nothing: straight ahead
 };
 
 std::optional<Pose> pose_in(const json& order) {
@@ -33,6 +34,18 @@ std::optional<Pose> pose_in(const json& order) {
     const auto p = order.at("position_m").get<std::array<double, 3>>();
     const auto q = order.at("orientation_wxyz").get<std::array<double, 4>>();
     return Pose{{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+/// A direction, of any length that has one.
+std::optional<glm::dvec3> gaze_in(const json& order) {
+    if (!order.contains("gaze"))
+        return std::nullopt;
+    const auto g = order.at("gaze").get<std::array<double, 3>>();
+    const glm::dvec3 gaze(g[0], g[1], g[2]);
+    const double length = glm::length(gaze);
+    if (!(length > 1e-6 && length < 1e6))
+        throw WorkError(expected_found("standard input", "a gaze that is a direction", order.at("gaze").dump()));
+    return gaze / length;
 }
 
 /// What a pose may be is checked where the frame begins.
@@ -45,6 +58,7 @@ Order parse_order(const std::string& line, std::int64_t after) {
         if (order.frame > after && order.frame <= max_frame_index && spp >= 1 && spp <= max_samples) {
             order.spp = static_cast<std::uint32_t>(spp);
             order.head = pose_in(parsed);
+            order.gaze = gaze_in(parsed);
             return order;
         }
     } catch (const json::exception&) {  // said below
@@ -118,7 +132,7 @@ private:
         json made{{"frame", order.frame}};
         double render_s = 0, write_s = 0;
         const std::vector<Stream>& streams = streams_of(order.spp);
-        const WindowPlace place = window_ ? window_->at(task.head) : WindowPlace{};
+        const WindowPlace place = window_ ? window_->at(task.head, order.gaze) : WindowPlace{};
         for (const Stream& stream : streams) {  // a window before its base
             const auto start = Clock::now();
             task.stream = &stream.settings;

@@ -272,11 +272,11 @@ PatchPlan FramePatches::plan(RenderHost& host, const FrameTask& task) {
 
 HeadsWindow::HeadsWindow(const RenderOptions& options) : options_(options), follower_(options.window->grid) {}
 
-WindowPlace HeadsWindow::at(const Pose& head) {
+WindowPlace HeadsWindow::at(const Pose& head, const std::optional<glm::dvec3>& gaze) {
     if (!options_.window->follows_gaze)
         return window_around(options_.window->grid, options_.window->middle);
-    const glm::dvec3 ahead(0, 0, -1);
-    return follower_.place(options_.lock == ES_LOCK_PATH ? ahead : head.orientation * ahead);
+    const glm::dvec3 looked_at = gaze.value_or(head.orientation * glm::dvec3(0, 0, -1));
+    return follower_.place(options_.lock == ES_LOCK_PATH ? glm::conjugate(head.orientation) * looked_at : looked_at);
 }
 
 WindowPlace WindowPlaces::at(std::int64_t index) {

@@ -76,7 +76,8 @@ public:
     /// `options` have a window; borrowed.
     explicit HeadsWindow(const RenderOptions& options);
 
-    WindowPlace at(const Pose& head);
+    /// `gaze`: where eyes look, in the world; nothing: straight ahead of the head.
+    WindowPlace at(const Pose& head, const std::optional<glm::dvec3>& gaze = {});
 
 private:
     const RenderOptions& options_;

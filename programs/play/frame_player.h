@@ -61,6 +61,8 @@ public:
     void rechoose(const PlayedFrame& played, std::int64_t next, Report& report);
     /// The frame that was played last, for what later ones may take from it.
     void remember(ReceivedFrame&& frame);
+    /// Each eye's, of frames as this one.
+    PerspectiveCamera eye_camera(const FrameInfo& source) const;
 
 private:
     DepthOffer offer(const ReceivedFrame& first) const;
@@ -77,7 +79,6 @@ private:
     void check_size(const ReceivedFrame& first) const;
     void set_eyes(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr) const;
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
-    PerspectiveCamera eye_camera(const FrameInfo& source) const;
     /// Decoding, then conversion.
     std::array<double, 2> decoding_ms(const ReceivedFrame& frame) const;
     bool takes_depth() const { return gives_depth_ && plan_.depth != "none"; }

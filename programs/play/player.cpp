@@ -68,6 +68,7 @@ public:
                 settings.source,
                 settings.frames.last < Settings{}.frames.last ? "frames in the range asked for" : "frames",
                 feed_->truncation().empty() ? "none" : feed_->truncation()));
+        poses_.look_through(player_->eye_camera(first_->frame.main.info));
         player_->prepare(first_->frame, report_);
         if (settings.method == "auto")
             read_second();

@@ -225,6 +225,8 @@ void RenderChild::order(const FrameOrder& order) {
         line["position_m"] = {p.x, p.y, p.z};
         line["orientation_wxyz"] = {q.w, q.x, q.y, q.z};
     }
+    if (order.gaze)
+        line["gaze"] = {order.gaze->x, order.gaze->y, order.gaze->z};
     asio::error_code ignored;  // that it has gone its output tells
     asio::write(orders_, asio::buffer(line.dump() + "\n"), ignored);
 }

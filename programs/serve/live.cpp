@@ -111,7 +111,7 @@ private:
         ordered_ = now;
         is_rendering_ = true;
         // A window lies where eyes will look once it is on its way.
-        child_.order({frame, pace_.spp(), stream_.steering(last_age_s_)});
+        child_.order({frame, pace_.spp(), stream_.steering(last_age_s_), stream_.gaze(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {
@@ -263,7 +263,9 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     LiveSettings& s = o.settings;
     add("--host", o.host, "Renderer: " + cli::host_names()).with_default();
     add("--size", o.size, "Of the spheres, WxH").with_default();
-    add("--window", o.window, "W x H degrees of a denser sphere, as render does, around where the first viewer looks");
+    add("--window", o.window,
+        "W x H degrees of a denser sphere, as render does, around the gaze of the viewer that steers "
+        "and of those who look nearly there");
     add("--density", o.density, "Columns of that denser sphere (default: four times the spheres')");
     add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
     add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")

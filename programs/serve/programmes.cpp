@@ -1,16 +1,7 @@
 #include "programmes.h"
 
-#include <client/timing/head_prediction.h>
-#include <equistream/elapsed.h>
-#include <equistream/error.h>
-#include <equistream/viewer_message.h>
-
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
 #include <deque>
 
@@ -26,69 +17,38 @@ constexpr std::array<char, 2> nothing = {char(0xec), char(0x80)};
 /// After so long without a picture a viewer is sent that, so that it knows the server is there.
 constexpr double longest_silence_s = 1;
 
+constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
+
+/// The cosine of 30 degrees.
+constexpr double least_agreement = 0.866;
+
 }  // namespace
 
-class RecordingFeed : public Feed {
-public:
-    explicit RecordingFeed(const Recording& recording) : recording_(recording), parts_(recording.times_.parts) {}
-
-    Portion next(std::span<char> block, double elapsed_s) override {
-        if (position_ == parts_.back().end) {
-            if (!recording_.loop_)
-                return {.ended = true};
-            position_ = 0;
-            round_start_s_ += recording_.times_.duration_s;
-        }
-        const std::int64_t due = due_at(elapsed_s - round_start_s_);
-        if (due <= position_)
-            return {.again_s = next_due_s()};
-        const auto wanted = std::min(std::size_t(due - position_), block.size());
-        const ssize_t count = read(block.first(wanted));
-        if (count <= 0)
-            return {.problem = "the file has become shorter or cannot be read"};
-        const double due_s = next_due_s();
-        position_ += count;
-        return {.bytes = std::size_t(count), .due_s = due_s};
+bool HeardHead::hear(std::span<const char> bytes) {
+    const auto pose = messages_.take({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    if (!pose)
+        return false;
+    pose_ = pose;
+    // Poses that came in one burst were not that near to each other.
+    const double now_s = seconds_since(start_);
+    if (!seen_s_ || now_s - *seen_s_ >= shortest_pose_gap_s) {
+        turning_.seen(now_s, pose->head);
+        seen_s_ = now_s;
     }
-
-private:
-    /// Where the bytes end that are due at this time.
-    std::int64_t due_at(double time_s) const {
-        const auto later = std::ranges::upper_bound(parts_, time_s, {}, &DueBytes::time_s);
-        return later == parts_.begin() ? 0 : std::prev(later)->end;
-    }
-    double next_due_s() const {
-        return round_start_s_ + std::ranges::upper_bound(parts_, position_, {}, &DueBytes::end)->time_s;
-    }
-    ssize_t read(std::span<char> bytes) const {
-        ssize_t count = 0;
-        do
-            count = pread(recording_.file_, bytes.data(), bytes.size(), position_);
-        while (count < 0 && errno == EINTR);
-        return count;
-    }
-
-    const Recording& recording_;
-    const std::vector<DueBytes>& parts_;  // of the recording
-    double round_start_s_ = 0;            // of this repetition
-    std::int64_t position_ = 0;           // in the recording
-};
-
-Recording::Recording(const std::string& file, bool loop) : times_(read_send_times(file)), loop_(loop) {
-    if (loop && !times_.is_matroska)
-        throw InputError(expected_found(file, "Matroska for --loop, which can be read end to end again and again",
-                                        "another container"));
-    file_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file_ < 0)
-        throw InputError(expected_found(file, "a file that can be read", std::strerror(errno)));
+    return true;
 }
 
-Recording::~Recording() {
-    close(file_);
+Pose HeardHead::head(double ahead_s) const {
+    const double now_s = seconds_since(start_);
+    if (now_s - *seen_s_ > longest_pose_gap_s)
+        return pose_->head;
+    return {pose_->head.position_m, turning_.predict(now_s + ahead_s).orientation};
 }
 
-std::unique_ptr<Feed> Recording::open_feed() {
-    return std::make_unique<RecordingFeed>(*this);
+ViewExtent HeardHead::view() const {
+    constexpr ViewExtent usual{1.5, 1.5}, widest{2.2, 2.2};  // 113 and 131 degrees
+    const ViewExtent said = pose_ && pose_->view ? *pose_->view : usual;
+    return {std::min(said.half_width, widest.half_width), std::min(said.half_height, widest.half_height)};
 }
 
 class LiveFeed : public Feed {
@@ -117,17 +77,9 @@ public:
     }
 
     void hear(std::span<const char> bytes) override {
-        const auto pose = messages_.take({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-        if (!pose)
+        if (!head_.hear(bytes))
             return;
         ++stream_.poses_heard_;
-        head_ = pose->head;
-        // Poses that came in one burst were not that near to each other.
-        const double now_s = seconds_since(start_);
-        if (!seen_s_ || now_s - *seen_s_ >= shortest_pose_gap_s) {
-            turning_.seen(now_s, pose->head);
-            seen_s_ = now_s;
-        }
         stream_.changed_();
     }
 
@@ -148,14 +100,7 @@ public:
             add(bytes);
     }
 
-    bool has_head() const { return head_.has_value(); }
-    /// Where it was last, turned as it will be so long from now.
-    Pose head(double ahead_s) const {
-        const double now_s = seconds_since(start_);
-        if (now_s - *seen_s_ > longest_pose_gap_s)
-            return *head_;
-        return {head_->position_m, turning_.predict(now_s + ahead_s).orientation};
-    }
+    const HeardHead& head() const { return head_; }
 
 private:
     struct Part {
@@ -181,12 +126,7 @@ private:
     std::deque<Part> waiting_;
     std::size_t waiting_bytes_ = 0;
     bool has_joined_ = false, overrun_ = false;
-    ViewerMessageReader messages_;
-    std::optional<Pose> head_;
-    HeadPredictor turning_;
-    std::optional<double> seen_s_;  // when it was told a pose last
-
-    static constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
+    HeardHead head_;
 };
 
 std::unique_ptr<Feed> LiveStream::open_feed() {
@@ -215,8 +155,22 @@ void LiveStream::end() {
 }
 
 std::optional<Pose> LiveStream::steering(double ahead_s) const {
-    const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->has_head(); });
-    return steers == feeds_.end() ? std::nullopt : std::optional((*steers)->head(ahead_s));
+    const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->head().is_known(); });
+    return steers == feeds_.end() ? std::nullopt : std::optional((*steers)->head().head(ahead_s));
+}
+
+std::optional<glm::dvec3> LiveStream::gaze(double ahead_s) const {
+    const std::optional<Pose> steers = steering(ahead_s);
+    if (!steers)
+        return std::nullopt;
+    const auto gaze_of = [](const Pose& head) { return head.orientation * glm::dvec3(0, 0, -1); };
+    const glm::dvec3 first = gaze_of(*steers);
+    glm::dvec3 sum(0);
+    for (const LiveFeed* feed : feeds_)
+        if (feed->head().is_known())
+            if (const glm::dvec3 gaze = gaze_of(feed->head().head(ahead_s)); glm::dot(gaze, first) >= least_agreement)
+                sum += gaze;
+    return glm::normalize(sum);
 }
 
 }  // namespace equistream::serve

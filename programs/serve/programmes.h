@@ -1,7 +1,9 @@
 #pragma once
 /// What a viewer is sent, block by block, and what becomes of what it sends.
-#include <equistream/camera.h>
+#include <client/timing/head_prediction.h>
+#include <equistream/elapsed.h>
 #include <equistream/send_times.h>
+#include <equistream/viewer_message.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -41,25 +43,30 @@ public:
     virtual std::unique_ptr<Feed> open_feed() = 0;
 };
 
-// A recorded stream that is open for all viewers, each of which gets it from its beginning.
-
-class Recording : public Programme {
+/// Where a viewer's head is and will be, from what it sends. Times are by its own clock, from when it came.
+class HeardHead {
 public:
-    /// `loop`: over and over. Throws InputError for what cannot be read or is no video with times.
-    Recording(const std::string& file, bool loop);
-    ~Recording() override;
-    Recording(const Recording&) = delete;
-    Recording& operator=(const Recording&) = delete;
-
-    std::unique_ptr<Feed> open_feed() override;
+    /// Whether a pose was completed by these bytes.
+    bool hear(std::span<const char> bytes);
+    bool is_known() const { return pose_.has_value(); }
+    /// Where it was last, turned as it will be so long from now. It must be known.
+    Pose head(double ahead_s) const;
+    /// What the viewer says that it shows, or what most do at most; no wider than any headset.
+    ViewExtent view() const;
 
 private:
-    friend class RecordingFeed;
-
-    SendTimes times_;
-    bool loop_;
-    int file_ = -1;
+    Clock::time_point start_ = Clock::now();
+    ViewerMessageReader messages_;
+    std::optional<ViewerPose> pose_;
+    HeadPredictor turning_;
+    std::optional<double> seen_s_;  // when the predictor was told a pose last
 };
+
+// Recorded streams.
+
+/// Of a stream of tiles (tile_stream.h) each viewer gets those that it looks at. `loop`: over and over. Throws
+/// InputError for what cannot be read or is no video with times, and for tiles over and over.
+std::unique_ptr<Programme> open_recording(const std::string& file, bool loop);
 
 // A stream that is being made, for all who watch: each viewer gets the header and, from the next group of pictures on,
 // the same bytes as everybody; who steers is told from what they send. One thread: that of the io_context.
@@ -83,6 +90,9 @@ public:
     /// Of the viewer that came first of those who have sent one: where its head is, turned as it will be so long from
     /// now.
     std::optional<Pose> steering(double ahead_s) const;
+    /// The mean of that viewer's gaze and of the gazes within 30 degrees of it, in the world; nothing before there is
+    /// such a viewer.
+    std::optional<glm::dvec3> gaze(double ahead_s) const;
     std::int64_t poses_heard() const { return poses_heard_; }
     /// Whether somebody has come since this was asked last, for whom a group should begin.
     bool take_joined() { return std::exchange(joined_, false); }

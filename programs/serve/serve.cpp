@@ -124,9 +124,9 @@ void run_recorded(const Options& options) {
             return report(options, ServerFigures{});
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
-    Recording recording(file, options.loop);
+    const std::unique_ptr<Programme> recording = open_recording(file, options.loop);
     const std::string url = door.open(options.listen);
-    Server server(std::move(door.acceptor), recording, options.live.settings.server);
+    Server server(std::move(door.acceptor), *recording, options.live.settings.server);
     door.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
             server.stop();
@@ -165,7 +165,7 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
     cli::add_with_default(app, "--patience", server.patience_s,
                           "Seconds after which a viewer that does not read, or stays as far behind, is dropped");
-    app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv only)");
+    app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv without tiles only)");
     cli::add_json_flag(app, options.json)
         .description("Report as JSON on standard output: a line with the address, and one at the end");
     cli::add_progress_option(app, options.progress)

@@ -65,8 +65,16 @@ void Server::welcome(asio::ip::tcp::socket socket) {
                   {"refused", 0, address, 0, std::to_string(viewers_.size()) + " are here already (--viewers)"});
         return;
     }
+    std::unique_ptr<Feed> feed;
+    try {
+        feed = programme_.open_feed();
+    } catch (const std::exception& error) {  // the file has gone, or there is no room for one more
+        ++figures_.refused;
+        log_event(settings_.log, {"refused", 0, address, 0, error.what()});
+        return;
+    }
     const int number = ++figures_.viewers;
-    const auto viewer = std::make_shared<Viewer>(std::move(socket), programme_.open_feed(), settings_.patience_s);
+    const auto viewer = std::make_shared<Viewer>(std::move(socket), std::move(feed), settings_.patience_s);
     viewers_.emplace(number, viewer);
     log_event(settings_.log, {"came", number, address, 0, ""});
     viewer->start([this, number, address](const std::string& how, const std::string& detail) {

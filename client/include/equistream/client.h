@@ -225,14 +225,16 @@ ES_API es_status es_client_render(es_client* client, const es_client_request* re
                                   es_client_state* state, es_error* error);
 /* The same into framebuffers. ES_BACKEND_OPENGL only. Targets are checked before anything is done. Every call leaves
  * the context's state as it was, but for these bindings: of textures, samplers and images to their units, and of
- * buffers to numbered binding points. Conditional rendering and transform feedback are off meanwhile. */
+ * buffers to numbered binding points. Conditional rendering, occlusion queries and transform feedback are off
+ * meanwhile. */
 ES_API es_status es_client_draw(es_client* client, const es_client_request* request, es_gl_target targets[2],
                                 es_client_state* state, es_error* error);
 /* ES_BACKEND_OPENGL only, after es_client_draw or es_client_render. */
 ES_API es_status es_client_get_textures(es_client* client, es_gl_textures* textures, es_error* error);
 
-/* Where the head is now, in the world, for a server that renders from there. At most 30 of these a second are sent, and
- * no head twice. Of other sources nothing is done. Any thread. */
+/* Where the head is now, in the world, for a server that renders from there, or sends the tiles that are looked at. The
+ * field of view of the last render or draw goes with it. At most 30 of these a second are sent, and none twice. Of
+ * other sources nothing is done. Any thread. */
 ES_API es_status es_client_send_head(es_client* client, const es_pose* head, es_error* error);
 
 /* A live source goes on meanwhile: playing again shows what it shows by then. */

@@ -178,6 +178,20 @@ class Embree(Live):
         for first, last in windows:
             self.assertGreaterEqual(last - first, math.radians(90) - 1e-9)
 
+    def test_a_window_lies_between_viewers_who_look_nearly_alike(self):
+        server = self.serve("--window", "90x60", "--density", 1024)
+        viewers = [Viewer(server) for _ in range(3)]
+        viewers[0].send(pose_message(self.begin, turned(0)))
+        viewers[0].wait_for_more(4)
+        viewers[1].send(pose_message(self.begin, turned(-0.5)))
+        viewers[2].send(pose_message(self.begin, turned(3)))  # too far to be held
+        viewers[0].wait_for_more(6)
+        server.end()
+        for viewer in viewers:
+            viewer.wait_for_end()
+        windows = [frame["camera"]["longitudes_rad"] for frame in self.received(viewers[0]).tracks["window"]["frames"]]
+        self.assertAlmostEqual(sum(windows[-1]) / 2, 0.25, delta=2 * math.pi * 16 / 1024)
+
     def test_what_is_no_pose_changes_nothing(self):
         server = self.serve("--json")
         viewer = Viewer(server)

@@ -4,6 +4,7 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/text.h>
+#include <equistream/viewer_message.h>
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -13,7 +14,9 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -183,6 +186,50 @@ protected:
         return all;
     }
     std::filesystem::path place() const { return folder / "."; }
+};
+
+/// Of a recording of tiles.
+class ServingTiles : public Serving {
+protected:
+    using Pictures = std::map<std::size_t, std::map<std::int64_t, ByteImage>>;  // by track, 0 being main, and frame
+
+    void SetUp() override {
+        synthetic::write(folder / "a.mkv", made);
+        whole = pictures_in(text_of(folder / "a.mkv"));
+    }
+    Pictures pictures_in(const std::string& bytes) const {
+        std::ofstream(folder / "got.mkv", std::ios::binary) << bytes;
+        Pictures pictures;
+        StreamReader reader(path("got.mkv"));
+        for (DecodedPicture& picture : synthetic::read_all(reader))
+            pictures[picture.track][picture.info.value().index] = std::move(picture.rgb);
+        return pictures;
+    }
+    /// All that came are as in the file, and main came whole.
+    Pictures sound_pictures_in(const std::string& bytes) const {
+        Pictures pictures = pictures_in(bytes);
+        for (const auto& [track, of_track] : pictures)
+            for (const auto& [index, picture] : of_track)
+                EXPECT_TRUE(std::ranges::equal(picture.samples(), whole.at(track).at(index).samples())) << track;
+        EXPECT_EQ(pictures[0].size(), 20u);
+        return pictures;
+    }
+    static void say(const Viewer& viewer, const std::string& bytes) {
+        EXPECT_EQ(send(viewer.handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    }
+    /// Its head is turned to the left by so much, and sees little.
+    static void look(const Viewer& viewer, double degrees) {
+        const ViewerPose pose{0, {{}, glm::angleAxis(degrees * pi / 180, glm::dvec3(0, 1, 0))}, ViewExtent{0.2, 0.2}};
+        const auto message = encode_viewer_pose(pose);
+        say(viewer, {message.begin(), message.end()});
+    }
+
+    /// 2 s, in which a frame takes longer than machines are busy with other things.
+    const synthetic::MadeTiles made{
+        .grid = {8, 4}, .pictures = 20, .gop = 8, .first_index = 0, .frames_per_second = 10};
+    /// Tracks of the tiles around the horizon.
+    const std::set<std::size_t> ahead = {1 + 11, 1 + 12, 1 + 19, 1 + 20}, behind = {1 + 8, 1 + 15, 1 + 16, 1 + 23};
+    Pictures whole;
 };
 
 }  // namespace equistream::test

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <random>
+
 namespace equistream::test {
 namespace {
 
@@ -140,6 +142,9 @@ TEST_F(Serving, BadUsageIsOneLine) {
     expect_failure(serve("a.mkv", "--listen tcp://:0 --viewers 0"), 2, "--viewers: expected at least 1");
     expect_failure(serve("a.mp4", "--listen tcp://:0 --loop"), 2, "expected Matroska for --loop");
     expect_failure(serve("a.mkv", "--listen tcp://:0 -- --crf 20"), 2, "expected a folder");
+    synthetic::write(folder / "t.mkv", synthetic::MadeTiles{.pictures = 2});
+    expect_failure(serve("t.mkv", "--listen tcp://:0 --loop"), 2,
+                   "--loop: " + path("t.mkv") + ": expected a stream without tiles, found one of tiles");
     Server first(arguments("a.mkv"), place());
     expect_failure(serve("a.mkv", "--listen " + first.url()), 2, "expected an address that is free");
 }
@@ -293,6 +298,77 @@ TEST_F(Serving, MoreViewersThanTheLimitAreRefused) {
     EXPECT_TRUE(Viewer(server.port()).read(stream.size()) == stream);
     EXPECT_EQ(server.end_by(SIGTERM), 0);
     EXPECT_NE(server.output().find("viewers served 3, refused 1,"), std::string::npos) << server.output();
+}
+
+}  // namespace
+
+// Tiles: viewers get those that they look at.
+
+namespace {
+
+TEST_F(ServingTiles, FewerBytesThanTheFileHasMakeWholeFrames) {
+    Server server(arguments("a.mkv"), place());
+    Viewer looking(server.port());
+    look(looking, 0);
+    Viewer silent(server.port()), talking(server.port());
+    std::mt19937 random(5);
+    std::string garbage(2000, '\0');
+    std::ranges::generate(garbage, [&] { return char(random()); });
+    auto message = encode_viewer_pose({0, {{0, 0, 1e300}, {1, 0, 0, 0}}, {}});  // a place that is none
+    garbage.append(message.begin(), message.end());
+    message[4] = 9;  // of a version to come
+    say(talking, garbage.append(message.begin(), message.end()) + "EQVM");
+    std::thread beside([&] { silent.read(); }), another([&] { talking.read(); });
+    looking.read();
+    beside.join();
+    another.join();
+    const Pictures of_looking = sound_pictures_in(looking.read()), of_silent = sound_pictures_in(silent.read());
+    for (const std::size_t track : ahead) {
+        EXPECT_EQ(of_looking.at(track).size(), 20u) << track;
+        EXPECT_EQ(of_silent.at(track).size(), 20u) << track << ": where the recording's head looked";
+    }
+    for (const std::size_t track : behind)
+        EXPECT_EQ(of_looking.at(track).size(), 1u) << track << ": the first";
+    EXPECT_LT(looking.read().size(), silent.read().size());
+    EXPECT_LT(silent.read().size(), fs::file_size(folder / "a.mkv"));
+    EXPECT_TRUE(talking.read() == silent.read()) << "garbage changes nothing";
+}
+
+TEST_F(ServingTiles, WhoeverTurnsGetsWhatIsThereWithinTwoFrames) {
+    Server server(arguments("a.mkv"), place());
+    Viewer viewer(server.port());
+    look(viewer, 0);
+    std::thread beside([&] { viewer.read(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1250));  // after frame 12
+    look(viewer, 180);
+    beside.join();
+    const std::string& bytes = viewer.read();
+    const Pictures all = sound_pictures_in(bytes);
+    const auto lacks = [&](const Arrival& arrival) {
+        return arrival.bytes < 20000 || !pictures_in(bytes.substr(0, std::size_t(arrival.bytes)))[0].contains(15);
+    };
+    const auto arrival = std::ranges::partition_point(viewer.arrivals(), lacks);
+    ASSERT_NE(arrival, viewer.arrivals().end());
+    Pictures by_then = pictures_in(bytes.substr(0, std::size_t(arrival->bytes)));  // with frame 15
+    EXPECT_FALSE(by_then[0].contains(18));
+    for (const std::size_t track : behind) {
+        for (const std::int64_t index : {8, 11, 13, 15})
+            EXPECT_TRUE(by_then[track].contains(index)) << track << ", " << index << ": from the key frame on";
+        EXPECT_FALSE(all.at(track).contains(7)) << track;
+    }
+}
+
+TEST_F(ServingTiles, AFileThatHasGoneRefusesWhoComesLaterAndServesTheOthers) {
+    Server server(arguments("a.mkv"), place());
+    Viewer first(server.port());
+    look(first, 0);
+    ASSERT_TRUE(comes_true([&] { return server.lines_with("came") == 1; })) << server.log();
+    fs::remove(folder / "a.mkv");
+    Viewer late(server.port());
+    EXPECT_TRUE(late.read().empty());
+    EXPECT_EQ(server.lines_with("refused"), 1) << server.log();
+    EXPECT_EQ(pictures_in(first.read())[0].size(), 20u);
+    EXPECT_EQ(server.end_by(SIGTERM), 0);
 }
 
 }  // namespace

@@ -1,0 +1,176 @@
+#include "programmes.h"
+
+#include <equistream/error.h>
+#include <equistream/tile_stream.h>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <set>
+
+namespace equistream::serve {
+
+namespace {
+
+/// A recorded stream that is open for all viewers, each of which gets it from its beginning.
+class Recording : public Programme {
+public:
+    Recording(const std::string& file, bool loop) : times_(read_send_times(file)), loop_(loop) {
+        if (loop && !times_.is_matroska)
+            throw InputError(expected_found(file, "Matroska for --loop, which can be read end to end again and again",
+                                            "another container"));
+        file_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+        if (file_ < 0)
+            throw InputError(expected_found(file, "a file that can be read", std::strerror(errno)));
+    }
+    ~Recording() override { close(file_); }
+    Recording(const Recording&) = delete;
+    Recording& operator=(const Recording&) = delete;
+
+    std::unique_ptr<Feed> open_feed() override;
+
+private:
+    friend class RecordingFeed;
+
+    SendTimes times_;
+    bool loop_;
+    int file_ = -1;
+};
+
+class RecordingFeed : public Feed {
+public:
+    explicit RecordingFeed(const Recording& recording) : recording_(recording), parts_(recording.times_.parts) {}
+
+    Portion next(std::span<char> block, double elapsed_s) override {
+        if (position_ == parts_.back().end) {
+            if (!recording_.loop_)
+                return {.ended = true};
+            position_ = 0;
+            round_start_s_ += recording_.times_.duration_s;
+        }
+        const std::int64_t due = due_at(elapsed_s - round_start_s_);
+        if (due <= position_)
+            return {.again_s = next_due_s()};
+        const auto wanted = std::min(std::size_t(due - position_), block.size());
+        const ssize_t count = read(block.first(wanted));
+        if (count <= 0)
+            return {.problem = "the file has become shorter or cannot be read"};
+        const double due_s = next_due_s();
+        position_ += count;
+        return {.bytes = std::size_t(count), .due_s = due_s};
+    }
+
+private:
+    /// Where the bytes end that are due at this time.
+    std::int64_t due_at(double time_s) const {
+        const auto later = std::ranges::upper_bound(parts_, time_s, {}, &DueBytes::time_s);
+        return later == parts_.begin() ? 0 : std::prev(later)->end;
+    }
+    double next_due_s() const {
+        return round_start_s_ + std::ranges::upper_bound(parts_, position_, {}, &DueBytes::end)->time_s;
+    }
+    ssize_t read(std::span<char> bytes) const {
+        ssize_t count = 0;
+        do
+            count = pread(recording_.file_, bytes.data(), bytes.size(), position_);
+        while (count < 0 && errno == EINTR);
+        return count;
+    }
+
+    const Recording& recording_;
+    const std::vector<DueBytes>& parts_;  // of the recording
+    double round_start_s_ = 0;            // of this repetition
+    std::int64_t position_ = 0;           // in the recording
+};
+
+std::unique_ptr<Feed> Recording::open_feed() {
+    return std::make_unique<RecordingFeed>(*this);
+}
+
+/// Around what a viewer shows: what a head turns to while its pose is on the way, and a margin.
+constexpr double guard_rad = 5 * pi / 180, foretold_s = 0.15;
+/// A tile is sent for so long after it was looked at last.
+constexpr double tile_stays_s = 0.5;
+
+class TileFeed : public Feed {
+public:
+    explicit TileFeed(const TileRecording& recording) : recording_(recording), sender_(recording) {}
+
+    Portion next(std::span<char> block, double elapsed_s) override {
+        while (sent_ == bytes_.size()) {
+            const std::optional<double> due_s = sender_.due_s();
+            if (!due_s)
+                return {.ended = true};
+            if (*due_s > elapsed_s)
+                return {.again_s = due_s};
+            bytes_.clear();
+            sent_ = 0;
+            due_s_ = *due_s;
+            try {
+                sender_.next(looked_at(elapsed_s), bytes_);
+            } catch (const std::exception& error) {
+                return {.problem = error.what()};
+            }
+        }
+        const std::size_t count = std::min(block.size(), bytes_.size() - sent_);
+        std::memcpy(block.data(), bytes_.data() + sent_, count);
+        sent_ += count;
+        return {.bytes = count, .due_s = due_s_};
+    }
+
+    void hear(std::span<const char> bytes) override { head_.hear(bytes); }
+
+private:
+    /// Until the viewer says where its head is, the recording's own.
+    std::set<int> looked_at(double elapsed_s) {
+        std::set<int> seen;
+        for (const double ahead_s : {0.0, foretold_s}) {
+            const Pose head = head_.is_known() ? head_.head(ahead_s) : recording_.first.head;
+            const glm::dquat sphere_from_view =
+                glm::conjugate(recording_.first.camera_pose.orientation) * head.orientation;
+            add_tiles_seen(recording_.grid, sphere_from_view, widened(head_.view(), guard_rad), seen);
+        }
+        for (const int tile : seen)
+            seen_s_[tile] = elapsed_s;
+        for (const auto& [tile, at_s] : seen_s_)
+            if (elapsed_s - at_s < tile_stays_s)
+                seen.insert(tile);
+        return seen;
+    }
+
+    const TileRecording& recording_;
+    TileSender sender_;
+    HeardHead head_;
+    std::map<int, double> seen_s_;  // tiles, and when they were looked at last
+    std::string bytes_;             // of one moment
+    std::size_t sent_ = 0;          // of these
+    double due_s_ = 0;              // when they were due
+};
+
+/// A recorded stream of tiles: each viewer gets the tiles that it looks at.
+class TiledRecording : public Programme {
+public:
+    explicit TiledRecording(TileRecording recording) : recording_(std::move(recording)) {}
+
+    std::unique_ptr<Feed> open_feed() override { return std::make_unique<TileFeed>(recording_); }
+
+private:
+    TileRecording recording_;
+};
+
+}  // namespace
+
+std::unique_ptr<Programme> open_recording(const std::string& file, bool loop) {
+    std::optional<TileRecording> tiles = open_tiles(file);
+    if (!tiles)
+        return std::make_unique<Recording>(file, loop);
+    if (loop)
+        throw InputError(expected_found("--loop: " + file, "a stream without tiles", "one of tiles"));
+    return std::make_unique<TiledRecording>(std::move(*tiles));
+}
+
+}  // namespace equistream::serve
