@@ -18,7 +18,8 @@ WORST = ("whole_worst_percent", "noise_free_worst_percent")
 SCORES = ("gaps", "flicker", *WORST, "milliseconds", "views")
 """Beside the errors: what stands in one experiment, `systems`, and is not repeated."""
 LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders"), "where": ("renders",), "sizes": ("renders",),
-            "parsimony": (*SCORES, "renders"), "related": (*WORST, "flicker", "renders")}
+            "parsimony": (*SCORES, "renders"), "related": (*WORST, "flicker", "renders"),
+            "window": (*WORST, "gaps", "flicker", "views", "renders", "noise_free")}
 """Experiment -> what its results do not keep. Renders stand in `systems`."""
 
 

@@ -180,12 +180,22 @@ class SceneWork:
         return {"command": record["command"], "eyes": eyes}
 
     def scored(self, name, views, frames=None, eyes=None):
-        return self.beside(name, views, [self.truth(seed) for seed in SEEDS], frames, eyes)
+        return self.beside(name, views, self.truths(), frames, eyes)
+
+    def truths(self):
+        return [self.truth(seed) for seed in SEEDS]
 
     def beside(self, name, views, truth, frames=None, eyes=None):
         """Views of both seeds against both truths: the whole error of one, with its PSNR and SSIM, and the noise-free error of both; how either flickers."""
-        chosen = [*(["--frames", frames] if frames else []), *(["--eyes", eyes] if eyes else [])]
+        words = self.choosing(views, frames, eyes)
+        return {**self.wholly(name, views, truth, frames, eyes),
+                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "flicker", *words)["eyes"]}
+
+    def wholly(self, name, views, truth, frames=None, eyes=None):
+        """The whole error alone."""
+        words = self.choosing(views, frames, eyes)
+        return {"whole": self.compare(name, views[0], truth[1], "--truth2", truth[0], "--metrics", "psnr,ssim,flicker", *words)["eyes"]}
+
+    def choosing(self, views, frames, eyes):
         gaps = f"{views[0]}/gaps"
-        masks = ["--gaps", gaps] if (self.folder / gaps).exists() else []
-        return {"whole": self.compare(name, views[0], truth[1], "--truth2", truth[0], "--metrics", "psnr,ssim,flicker", *chosen, *masks)["eyes"],
-                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "flicker", *chosen, *masks)["eyes"]}
+        return [*(["--frames", frames] if frames else []), *(["--eyes", eyes] if eyes else []), *(["--gaps", gaps] if (self.folder / gaps).exists() else [])]

@@ -1,8 +1,9 @@
 """Window and base beside what else as many bytes can be (experiments/window.py): whole error on display values against bytes, rendered pixels and the client's
-milliseconds, a row of panels a scene; and the tables of OUT/../window.md, where that page is.
+milliseconds, and against how late it is seen, a row of panels a scene; and the tables of OUT/../window.md, where that page is.
 """
 
 import io
+import math
 
 import matplotlib.pyplot as plt
 from found import WHOLE, db, load
@@ -14,6 +15,7 @@ from . import looks
 
 COLOURS = {"base": "#aab7b8", "margin": "#c0392b", "pair": "#d4ac0d"}
 SPHERE_COLOURS, WINDOW_COLOURS = ("#85c1e9", "#1f618d"), ("#82e0aa", "#28b463", "#145a32")
+SILENCES_S = (1, 2, 4)
 AXES = ("bytes a frame", "rendered pixels a frame", "client's milliseconds a frame, both eyes")
 
 
@@ -43,11 +45,15 @@ def draw_all(folder):
     results = load(folder, "window")
     if not results:
         return
-    figure, rows = plt.subplots(len(results), len(AXES), figsize=(12, 2.9 * len(results)), squeeze=False)
+    # Results from before heads of later have three panels.
+    panels = len(AXES) + any("later" in result for result in results.values())
+    figure, rows = plt.subplots(len(results), panels, figsize=(4 * panels, 2.9 * len(results)), squeeze=False)
     for row, (scene, result) in zip(rows, results.items()):
-        for axis, axes in enumerate(row):
+        for axis, axes in enumerate(row[:len(AXES)]):
             draw_scene(axes, result, axis)
             axes.set_xlabel(AXES[axis], fontsize=8)
+        for axes in row[len(AXES):]:
+            draw_later(axes, result)
         row[0].set_ylabel(f"{scene}\nwhole error, dB", fontsize=8)
     handles, labels = rows[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=2, fontsize=7.5, frameon=False)
@@ -68,6 +74,68 @@ def draw_scene(axes, result, axis):
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
     axes.tick_params(labelsize=7)
+
+
+def draw_later(axes, result):
+    heads = result.get("later", [])
+    for name, colour in colours(result["titles"]).items():
+        points = [(place, found[name]) for place, found in enumerate(levels(result, head["name"]) for head in heads) if name in found]
+        if points:
+            axes.plot(*zip(*points), color=colour, marker="o", markersize=4, linewidth=1.3)
+    axes.set_xticks(range(len(heads)), [late_text(head) for head in heads])
+    axes.set_xlabel("how late it is seen", fontsize=8)
+    axes.tick_params(labelsize=7)
+
+
+def levels(result, head):
+    """{source: dB}, of what a head sees that is elsewhere."""
+    return {entry["source"]: level(entry) for entry in result["elsewhere"] if entry["head"] == head}
+
+
+def late_text(head):
+    return f"{head['late_s']:g} s" if head["late_s"] >= 1 else f"{1000 * head['late_s']:g} ms"
+
+
+def by_lateness(result):
+    """{late_s: {source: dB}}."""
+    return {head["late_s"]: levels(result, head["name"]) for head in result["later"]}
+
+
+def later_table(results):
+    rows = []
+    for scene, result in results.items():
+        found, there = by_lateness(result), [head["position_m"] for head in result["later"]]
+        rows += [[scene, title, *(cell(by_source[source]) for by_source in found.values())] for source, title in result["titles"].items() if source in found[0]]
+        rows.append([scene, "*metres that the head has gone*", *(cell(math.dist(there[0], position)) for position in there)])
+    heads = next(iter(results.values()))["later"]
+    return table(["scene", "source", *(f"{late_text(head)}, turned by {head['turned_deg']:.0f} degrees" for head in heads)], rows)
+
+
+def silence_table(results):
+    """The worst that is seen from the last frame on to the end of each silence; and less the worst of the whole sphere in as long."""
+    rows = []
+    for scene, result in results.items():
+        found, sphere = by_lateness(result), f"sphere-{result['settings']['sphere_width']}"
+        for source, title in result["titles"].items():
+            if source in found[0]:
+                worst = [{name: min(by_source[name] for late_s, by_source in found.items() if late_s <= silence_s) for name in (source, sphere)} for silence_s in SILENCES_S]
+                rows.append([scene, title, *(cell(by_name[source]) for by_name in worst), *(f"{by_name[source] - by_name[sphere]:+.2f}" for by_name in worst)])
+    return table(["scene", "source", *(f"worst in {silence_s} s" for silence_s in SILENCES_S), *(f"beyond the sphere's in {silence_s} s" for silence_s in SILENCES_S)], rows)
+
+
+def jump_table(results):
+    """kB and kinds of the first frame; of all frames from the jump on; and of as many where the gaze goes on."""
+    rows = []
+    for scene, result in results.items():
+        at, frames = result["jump"]["at"], result["jump"]["frames"]
+        for track, steady in frames["goes on"].items():
+            rows.append([scene, track, *map(frames_text, (steady[:1], steady[at:], frames["jumps"][track][at:]))])
+    return table(["scene", "track", "first frame, kB", "later frames, kB", "the same after a jump, kB"], rows)
+
+
+def frames_text(frames):
+    """kB of all of them, and their kinds."""
+    return f"{sum(count for _, count in frames) / 1000:.2f} {''.join(kind for kind, _ in frames)}"
 
 
 def rest_table(results):
@@ -111,7 +179,10 @@ def write_page(folder, results):
     if not page.exists():
         return
     text = page.read_text()
-    for name, made in (("rest", rest_table(results)), ("heads", heads_table(results)), ("pair", beside_pair(results))):
-        text = place(text, name, "all", made)
+    later = {scene: result for scene, result in results.items() if "later" in result}
+    for name, made_of, of in (("rest", rest_table, results), ("heads", heads_table, results), ("pair", beside_pair, results),
+                              ("later", later_table, later), ("silence", silence_table, later), ("jump", jump_table, later)):
+        if of:
+            text = place(text, name, "all", made_of(of))
     write_whole(page, text)
     print(page)

@@ -46,20 +46,33 @@ PATH_LAST_S = 60.0
 """Beyond every scene's own path."""
 
 
-def path_text(position_m, orientation_wxyz):
-    """A head that stands still, as the camera path that programs take (docs/scenes.md)."""
-    pose = ",".join(repr(float(value)) for value in (*position_m, *orientation_wxyz))
-    return "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *(f"{time_s},{pose}" for time_s in (0.0, PATH_LAST_S))]) + "\n"
+def path_text(keys):
+    """(time_s, pose) of each key, as the camera path that programs take (docs/scenes.md)."""
+    lines = [",".join(repr(float(value)) for value in (time_s, *pose.position_m, *pose.orientation)) for time_s, pose in keys]
+    return "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *lines]) + "\n"
+
+
+def standing(pose):
+    """The keys of a head that stands still."""
+    return [(time_s, pose) for time_s in (0.0, PATH_LAST_S)]
+
+
+def told_of(work, number):
+    """What a frame says of the head and of its time."""
+    return es.read_frame_info(next((work.folder / work.truth(SEEDS[0]) / EYES[0]).glob(f"frame.{number:04}.*")))
+
+
+def path_file(work, name, keys):
+    """The file of a path."""
+    file = work.folder / f"heads/{name}.csv"
+    file.parent.mkdir(exist_ok=True)
+    write_if_other(file, path_text(keys))
+    return file
 
 
 def path_of(work, head, number):
-    """Its file, beside what it is of."""
-    told = es.read_frame_info(next((work.folder / work.truth(SEEDS[0]) / EYES[0]).glob(f"frame.{number:04}.*"))).head
-    file = work.folder / f"heads/{head.name}.csv"
-    file.parent.mkdir(exist_ok=True)
-    pose = head.pose(told)
-    write_if_other(file, path_text(pose.position_m, pose.orientation))
-    return file
+    """The file of a head that stands still where `head` is, beside the one that the frame tells of."""
+    return path_file(work, head.name, standing(head.pose(told_of(work, number).head)))
 
 
 def played_of(work):

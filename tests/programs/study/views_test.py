@@ -4,6 +4,7 @@ is the same; what tables say of whole and noise-free errors, and of results that
 
 import contextlib
 import io
+import json
 import math
 import shutil
 import tempfile
@@ -18,7 +19,8 @@ import pages
 import perceived
 import render_list
 import study_run
-from experiments import moved, where
+from charts import window as window_tables
+from experiments import moved, where, window
 from experiments.systems import SYSTEMS
 from PIL import Image
 from presets import PRESETS
@@ -218,12 +220,45 @@ class Heads(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "head.csv"
             there = moved.HEADS[-1].pose(TOLD)
-            file.write_text(moved.path_text(there.position_m, there.orientation))
+            file.write_text(moved.path_text(moved.standing(there)))
             head, *rows = file.read_text().splitlines()
             self.assertEqual(head, "time_s,x,y,z,qw,qx,qy,qz")
             self.assertEqual(len({row.split(",", 1)[1] for row in rows}), 1)
             back = es.Pose([float(v) for v in rows[0].split(",")[1:4]], [float(v) for v in rows[0].split(",")[4:]])
             np.testing.assert_allclose(back.matrix, there.matrix, atol=1e-9)
+
+
+class HeadsOfLater(unittest.TestCase):
+    WALK = es.PosePath([(0, es.Pose((0, 0, 0))), (3, es.Pose((3, 0, 0)))])
+
+    def test_they_walk_on_and_back_from_the_paths_end_and_look_about(self):
+        heads = {head.late_s: head for head in window.later_heads(self.WALK, 1)}
+        for late_s, along_m in {0: 1, 0.4: 1.4, 1: 2, 2: 3, 4: 1}.items():
+            np.testing.assert_allclose(heads[late_s].position_m, (along_m, 0, 0), atol=1e-9)
+        self.assertAlmostEqual(heads[0.1].turned_deg, 6, delta=0.02, msg="at up to 60 degrees a second")
+        self.assertLessEqual(max(abs(head.turned_deg) for head in heads.values()), window.SWING_DEG)
+        pose = heads[0.4].pose(TOLD)
+        np.testing.assert_allclose(pose.position_m, (1.4, 0, 0), atol=1e-9)
+        turned = TOLD.matrix[:3, :3].T @ pose.matrix[:3, :3]
+        self.assertAlmostEqual(math.degrees(math.acos((np.trace(turned) - 1) / 2)), heads[0.4].turned_deg, places=4)
+
+    def test_a_scenes_path_is_in_its_description_or_beside_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            description, (first, last) = Path(folder) / "a.json", self.WALK.keys
+            (Path(folder) / "a.csv").write_text("# A walk.\n" + moved.path_text(self.WALK.keys))
+            keys = [{"time_s": time_s, "position_m": list(pose.position_m), "orientation_wxyz": list(pose.orientation)} for time_s, pose in (first, last)]
+            for camera in ({"path": "a.csv"}, {"keys": keys}):
+                description.write_text(json.dumps({"camera": camera}))
+                self.assertEqual(window.path_of_scene(description).keys, self.WALK.keys)
+
+    def test_a_silence_is_as_bad_as_the_worst_that_was_seen_in_it(self):
+        seen_db = {0: (30, 29), 0.4: (25, 28), 1: (20, 26), 2: (22, 18), 4: (15, 19)}
+        later = [{"name": f"{late_s}", "late_s": late_s} for late_s in seen_db]
+        elsewhere = [{"head": f"{late_s}", "source": source, "whole": compared("whole", 10 ** (-level / 10))}
+                     for late_s, levels in seen_db.items() for source, level in zip(("window-8", "sphere-4"), levels)]
+        result = {"settings": {"sphere_width": 4}, "titles": {"window-8": "window", "sphere-4": "sphere"}, "later": later, "elsewhere": elsewhere}
+        rows = window_tables.silence_table({"a": result}).splitlines()[2:]
+        self.assertEqual(rows, ["| a | window | 20.00 | 20.00 | 15.00 | -6.00 | +2.00 | -3.00 |", "| a | sphere | 26.00 | 18.00 | 18.00 | +0.00 | +0.00 | +0.00 |"])
 
 
 if __name__ == "__main__":
