@@ -16,8 +16,8 @@ inline double default_fill_crf(TrackRole role, double crf) {
     return std::min(crf + (role == TrackRole::small ? 8 : 12), 51.0);
 }
 
-/// Of a sphere around a window, which is seen in few pixels too, and blurred: 8 more take half of its bytes, and half a
-/// decibel of what is seen of it (docs/results/window.md).
+/// Of a sphere around a window, which is seen in few pixels too, and blurred: 8 more halve its bytes
+/// (docs/decisions/0016-defaults.md).
 inline double base_crf(double crf) {
     return std::min(crf + 8, 51.0);
 }
