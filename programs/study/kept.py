@@ -19,7 +19,7 @@ SCORES = ("gaps", "flicker", *WORST, "milliseconds", "views")
 """Beside the errors: what stands in one experiment, `systems`, and is not repeated."""
 LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders"), "where": ("renders",), "sizes": ("renders",),
             "parsimony": (*SCORES, "renders"), "related": (*WORST, "flicker", "renders"),
-            "window": (*WORST, "gaps", "flicker", "views", "renders", "noise_free")}
+            "window": (*WORST, "gaps", "flicker", "views", "renders", "noise_free", "p95", "p99", "samples", "psnr_worst_percent_db", "ssim", "linear")}
 """Experiment -> what its results do not keep. Renders stand in `systems`."""
 
 
