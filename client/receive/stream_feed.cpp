@@ -54,8 +54,7 @@ public:
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
         file_bytes_ = error ? 0 : double(size);
-        for (std::size_t i = 0; i < tracks_.size(); ++i)
-            tracks_[i].role = reader_.tracks()[i].role;
+        learn_roles();
     }
 
     std::optional<ReceivedFrame> next() override {
@@ -164,8 +163,15 @@ private:
         return true;
     }
 
+    void learn_roles() {
+        tracks_of_role_.fill(0);
+        for (std::size_t i = 0; i < tracks_.size(); ++i) {
+            tracks_[i].role = reader_.tracks()[i].role;
+            ++tracks_of_role_[std::size_t(tracks_[i].role)];
+        }
+    }
     bool is_tile(const Track& track) const {
-        return may_be_tiled(track.role) && std::ranges::count(tracks_, track.role, &Track::role) > 1;
+        return may_be_tiled(track.role) && tracks_of_role_[std::size_t(track.role)] > 1;
     }
     /// All tiles of a file do. A server sends those that are looked at, before the main picture that they go with.
     bool tile_goes_with(std::size_t track, const DecodedFrame& frame) const {
@@ -194,8 +200,7 @@ private:
                 take_for_foreign();
             return;
         }
-        for (std::size_t i = 0; i < tracks_.size(); ++i)  // of those that are left out nothing comes
-            tracks_[i].role = reader_.tracks()[i].role;
+        learn_roles();  // of tracks that are left out nothing comes
         Track& track = tracks_[decoded->track];
         track.judge_by(*decoded);
         const bool is_main = track.role == TrackRole::main;
@@ -298,6 +303,7 @@ private:
     TrackRoles left_out_;
     std::map<std::int64_t, DecodedFrame> waiting_;
     std::int64_t last_given_ = -1;
+    std::array<int, track_role_count> tracks_of_role_{};
     std::vector<Track> tracks_;                      // as the reader's
     std::vector<DecodedPicture> unjudged_;           // of the main track
     std::optional<std::int64_t> foreign_index_ = 0;  // of the next picture; nothing: after a jump, its time says

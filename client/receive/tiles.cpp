@@ -48,29 +48,25 @@ Mosaic lay_out(const std::string& where, const std::vector<ReceivedPicture>& til
     const auto refuse = [&](const std::string& found) {
         return WorkError(expected_found(where, "tiles that are parts of one sphere", found));
     };
-    const EquirectCamera& first = camera_of(tiles.front());
-    const double columns = first.width * 2 * pi / first.range.longitude_span();
-    const TileGrid counts{int(std::lround(columns / first.width)),
-                          int(std::lround(columns / 2 / std::max(1, first.height)))};
-    // A range may be as narrow as any number: no sphere is wider than a picture may be.
-    if (!(columns <= max_image_side) || tile_problem(int(std::lround(columns)), counts))
-        throw refuse("one of " + size_text(first.width, first.height) + " that is none");
-    const WindowGrid one = tile_grid(int(std::lround(columns)), counts);
+    const EquirectCamera& camera = camera_of(tiles.front());
+    const std::optional<TilePart> first = tile_part(camera);
+    if (!first)
+        throw refuse("one of " + size_text(camera.width, camera.height) + " that is none");
+    const WindowGrid& one = first->windows;
+    const TileGrid& counts = first->grid;
     std::vector<WindowPlace> places;
     std::vector<bool> used(std::size_t(counts.columns));
     std::vector<bool> there(std::size_t(counts.count()));
     int top = one.rows, bottom = 0;
     for (const ReceivedPicture& tile : tiles) {
-        const EquirectCamera& camera = camera_of(tile);
-        const auto place = window_place(one, camera.range);
-        if (camera.width != one.width || camera.height != one.height || tile.width() != one.width ||
-            tile.height() != one.height || !place || place->x % one.width != 0 || place->y % one.height != 0)
+        const std::optional<TilePart> part = tile_part(camera_of(tile));
+        if (!part || !part->is_of_same_sphere(*first) || tile.width() != one.width || tile.height() != one.height)
             throw refuse("one of another size or place");
-        places.push_back(*place);
-        used[std::size_t(place->x / one.width)] = true;
-        there[std::size_t(place->y / one.height * counts.columns + place->x / one.width)] = true;
-        top = std::min(top, place->y);
-        bottom = std::max(bottom, place->y + one.height);
+        places.push_back(part->place);
+        used[std::size_t(part->number() % counts.columns)] = true;
+        there[std::size_t(part->number())] = true;
+        top = std::min(top, part->place.y);
+        bottom = std::max(bottom, part->place.y + one.height);
     }
     const auto [left, across] = narrowest(used);
     Mosaic mosaic{{one.columns, one.rows, across * one.width, bottom - top}, {left * one.width, top}, {}, {}};

@@ -15,33 +15,14 @@ namespace equistream {
 
 namespace {
 
-/// Of one tile, since its last key frame: groups of pictures may be as long as a stream.
-constexpr std::size_t max_kept_packets = 10000;
+/// Of one tile, since its last key frame.
+constexpr std::size_t max_kept_packets = max_group_pictures;
 constexpr std::int64_t max_kept_bytes = 8 << 20;
 /// Of a track.
 constexpr std::int64_t most_pictures = 1'000'000'000;
 
 InputError not_of_one_sphere(const std::string& file, const std::string& found) {
     return InputError(expected_found(file, "tiles that are the parts of one sphere", found));
-}
-
-/// The grid that a tile is of, by its own size and extent.
-TileGrid grid_of(const std::string& file, const EquirectCamera& tile) {
-    const double across = 2 * pi / tile.range.longitude_span(), down = pi / tile.range.latitude_span();
-    const TileGrid grid{int(std::lround(across)), int(std::lround(down))};
-    if (!(std::abs(across - grid.columns) < 1e-6 && std::abs(down - grid.rows) < 1e-6) ||
-        tile_problem(tile.width * grid.columns, grid) || tile.height * grid.rows * 2 != tile.width * grid.columns)
-        throw not_of_one_sphere(file, "one of " + size_text(tile.width, tile.height) + " that is none");
-    return grid;
-}
-
-/// Which part of the grid it is.
-int tile_of(const std::string& file, const TileGrid& grid, const EquirectCamera& tile) {
-    const WindowGrid windows = tile_grid(tile.width * grid.columns, grid);
-    const auto place = window_place(windows, tile.range);
-    if (!place || windows.height != tile.height || place->x % windows.width != 0 || place->y % windows.height != 0)
-        throw not_of_one_sphere(file, "one that lies elsewhere");
-    return place->y / windows.height * grid.columns + place->x / windows.width;
 }
 
 /// That main is a sphere, for ordinary players.
@@ -66,6 +47,7 @@ std::optional<TileRecording> open_tiles(const std::string& file) {
         file, {}, {}, std::vector<std::optional<int>>(reader.tracks().size()), read_send_times(file)};
     std::vector<bool> seen(reader.tracks().size());
     bool has_main = false;
+    std::optional<TilePart> first;
     while (std::ranges::count(seen, true) < std::ssize(seen)) {
         const std::optional<DecodedPicture> picture = reader.next();
         if (!picture)
@@ -84,16 +66,19 @@ std::optional<TileRecording> open_tiles(const std::string& file) {
         const auto* tile = std::get_if<EquirectCamera>(&picture->info->camera);
         if (tile == nullptr)
             throw not_of_one_sphere(file, "a flat view");
-        const TileGrid grid = grid_of(file, *tile);
-        if (recording.grid.columns != 0 && grid != recording.grid)
+        const std::optional<TilePart> part = tile_part(*tile);
+        if (!part)
+            throw not_of_one_sphere(file, "one of " + size_text(tile->width, tile->height) + " that is none");
+        if (first && !part->is_of_same_sphere(*first))
             throw not_of_one_sphere(file, "tiles of other sizes");
-        recording.grid = grid;
-        recording.tiles[picture->track] = tile_of(file, grid, *tile);
+        first = first.value_or(*part);
+        recording.tiles[picture->track] = part->number();
     }
     if (!has_main)
         throw InputError(expected_found(file, "a sphere around its tiles", "none"));
-    if (recording.grid.columns == 0)
+    if (!first)
         throw not_of_one_sphere(file, "none");
+    recording.grid = first->grid;
     return recording;
 }
 

@@ -19,8 +19,6 @@ namespace equistream {
 
 namespace {
 
-constexpr double max_group_pictures = 10000;
-
 /// What travels with a packet through the decoder to its picture, in the one number that libav takes along.
 std::int64_t mark_of(int packet_bytes, bool suspect) {
     return std::int64_t{packet_bytes} * 2 + (suspect ? 1 : 0);

@@ -156,7 +156,7 @@ void check_coding(const StreamSettings& settings, const std::string& before_name
     if (!(settings.crf >= 0 && settings.crf <= worst_crf))
         throw InputError(
             expected_found(before_names + "crf", "0 to " + std::to_string(worst_crf), formatted("%g", settings.crf)));
-    check_whole_number(before_names + "gop", settings.gop, 1, 10000);
+    check_whole_number(before_names + "gop", settings.gop, 1, max_group_pictures);
     check_whole_number(before_names + "threads", settings.threads, 1, max_threads);
     check_preset(before_names + "preset", settings.preset);
 }

@@ -115,6 +115,7 @@ template Option CommandLine::add_option(const std::string&, unsigned&, const std
 template Option CommandLine::add_option(const std::string&, std::int64_t&, const std::string&);
 template Option CommandLine::add_option(const std::string&, std::uint64_t&, const std::string&);
 template Option CommandLine::add_option(const std::string&, double&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::optional<int>&, const std::string&);
 template Option CommandLine::add_option(const std::string&, std::optional<unsigned>&, const std::string&);
 template Option CommandLine::add_option(const std::string&, std::optional<double>&, const std::string&);
 template Option CommandLine::add_option(const std::string&, std::vector<std::string>&, const std::string&);

@@ -14,13 +14,11 @@ namespace equistream {
 
 namespace {
 
-constexpr int not_given = -1;
-
 struct Options : AsTyped {
     EncodeRequest request;  ///< its numbers and names; what is chosen by a word is below, as typed
     SourceRequest sources;  ///< so too
     std::string eye, fill = "auto", depth_scale = "auto", mirrors = "auto", motion = "none", progress = "auto", tiles;
-    int base_columns = not_given;
+    std::optional<int> base_columns;
     bool json = false;
 };
 
@@ -66,14 +64,12 @@ StereoPacking packing_of(const Options& options) {
 }
 
 /// Nothing where the sphere is sent whole.
-std::optional<TilePlan> tiles_of(const Options& options) {
-    cli::require(!options.tiles.empty() || options.base_columns == not_given, "--base", "--tiles, whose base it is",
-                 "no tiles");
+std::optional<TileRequest> tiles_of(const Options& options) {
+    cli::require(!options.tiles.empty() || !options.base_columns, "--base", "--tiles, whose base it is", "no tiles");
     if (options.tiles.empty())
         return std::nullopt;
     const cli::Size counts = cli::parse_size(options.tiles, "--tiles");
-    cli::require(options.base_columns != 0, "--base", "a number of columns", "0");
-    return TilePlan{{counts.width, counts.height}, options.base_columns == not_given ? 0 : options.base_columns};
+    return TileRequest{{counts.width, counts.height}, options.base_columns};
 }
 
 /// What goes along each pixel of the whole sphere has no place beside tiles.

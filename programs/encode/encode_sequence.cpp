@@ -127,9 +127,8 @@ void report_tracks(const EncodeRequest& request, const ReadPlan& plan, const Dep
 std::optional<TilePlan> checked_tiles(const EncodeRequest& request, const Picture& main) {
     if (!request.tiles)
         return std::nullopt;
-    TilePlan plan = *request.tiles;
-    if (plan.base_columns == 0)
-        plan.base_columns = std::max(main.width() / 24 * 4, 2 * min_track_side);
+    const int a_sixth = std::max(main.width() / 24 * 4, 2 * min_track_side);
+    const TilePlan plan{request.tiles->grid, request.tiles->base_columns.value_or(a_sixth)};
     const std::string folder = request.sources.tracks.front().folder.string();
     const auto* sphere = std::get_if<EquirectCamera>(&main.info.camera);
     cli::require(sphere != nullptr && sphere->range.is_full_sphere() && main.width() == 2 * main.height(),

@@ -22,14 +22,19 @@ inline double base_crf(double crf) {
     return std::min(crf + 8, 51.0);
 }
 
+struct TileRequest {
+    TileGrid grid;
+    std::optional<int> base_columns;  ///< nothing: a sixth of main's
+};
+
 struct EncodeRequest {
     Sources sources;
     std::string target;
     DepthRequest depth;
-    bool motion = false;             ///< what moves by itself goes with main's pictures
-    std::optional<TilePlan> tiles;   ///< main is sent so; without base_columns: a sixth of main's
-    std::optional<double> fill_crf;  ///< of the gap filling tracks' colour; nothing: as default_fill_crf
-    StreamSettings settings;         ///< tracks, frame rate, scene, sphere and length are filled from the frames
+    bool motion = false;               ///< what moves by itself goes with main's pictures
+    std::optional<TileRequest> tiles;  ///< main is sent so
+    std::optional<double> fill_crf;    ///< of the gap filling tracks' colour; nothing: as default_fill_crf
+    StreamSettings settings;           ///< tracks, frame rate, scene, sphere and length are filled from the frames
 };
 
 struct EncodedTrack {

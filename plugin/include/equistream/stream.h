@@ -83,6 +83,9 @@ enum class Codec { h264, h265 };
 /// brighter than white.
 enum class Transfer { srgb, pq };
 
+/// From one key frame to the next.
+inline constexpr int max_group_pictures = 10000;
+
 /// Encoders refuse smaller tracks.
 inline constexpr int min_track_side = 64;
 

@@ -183,6 +183,33 @@ inline std::optional<std::string> tile_problem(int sphere_columns, const TileGri
                           size_text(tiles.columns, tiles.rows));
 }
 
+/// Which part of which sphere a tile is.
+struct TilePart {
+    TileGrid grid;
+    WindowGrid windows;  ///< the sphere's pixels, and a tile's
+    WindowPlace place;
+    bool is_of_same_sphere(const TilePart& other) const { return grid == other.grid && windows == other.windows; }
+    int number() const { return place.y / windows.height * grid.columns + place.x / windows.width; }
+};
+
+/// The inverse of tile_grid and tile_place; nothing for a camera that is no tile of a sphere that images may hold.
+inline std::optional<TilePart> tile_part(const EquirectCamera& camera) {
+    const double across = 2 * pi / camera.range.longitude_span(), down = pi / camera.range.latitude_span();
+    if (!(across * camera.width <= max_image_side && down <= max_image_side))
+        return std::nullopt;
+    TilePart part{{int(std::lround(across)), int(std::lround(down))}, {}, {}};
+    const int columns = camera.width * part.grid.columns;
+    if (tile_problem(columns, part.grid))
+        return std::nullopt;
+    part.windows = tile_grid(columns, part.grid);
+    const auto place = window_place(part.windows, camera.range);
+    if (part.windows.height != camera.height || !place || place->x % part.windows.width != 0 ||
+        place->y % part.windows.height != 0)
+        return std::nullopt;
+    part.place = *place;
+    return part;
+}
+
 /// A view's extent: the tangents of half its width and half its height.
 struct ViewExtent {
     double half_width = 1, half_height = 1;
