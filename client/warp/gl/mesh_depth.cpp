@@ -145,6 +145,8 @@ void MeshDepth::forget_blocks() {
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     for (const Buffer* const buffer : {&counts_, &blocks_})
         glClearNamedBufferData(buffer->name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &nothing);
+    // Without it an H100 (driver 580.159) draws nothing of what the next build makes, whatever barriers lie between.
+    glFlush();
     glDeleteSync(counted_);
     counted_ = nullptr;
 }

@@ -147,7 +147,7 @@ TEST_F(GlPqDisplay, ViewsThatShowNothingOfThePictureAreShown) {
     textures.show_pq_by(shown);
     shown->set_exposure(1);
     HdrPicture().upload_to(textures);
-    EXPECT_EQ(downloaded(textures).pixel(20, 30)[0], 128);
+    EXPECT_NEAR(downloaded(textures).pixel(20, 30)[0], 127.5, 0.5);  // drivers round halves either way
 }
 
 TEST_F(GlPqDisplay, MoreTablesThanTheDriverTakesAreOneLine) {
