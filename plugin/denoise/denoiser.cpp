@@ -4,6 +4,8 @@
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
 
+#include <plugin/export/parallel.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -55,8 +57,8 @@ public:
     int own_left(int block) const { return across.own(block % across.count, width); }
     int own_top(int block) const { return down.own(block / across.count, height); }
 
-    /// The pixel of the picture at a place that may lie beyond its edges.
-    std::pair<int, int> pixel(int x, int y) const {
+    /// The picture's pixel (column, row) where a block's row begins; the place may lie beyond the picture's edges.
+    std::pair<int, int> row_begin(int x, int y) const {
         if (y < 0 || y >= height) {  // over the pole and down the other side
             y = y < 0 ? -1 - y : 2 * height - 1 - y;
             x += width / 2;
@@ -123,14 +125,16 @@ void Denoiser::prepare(const Job& job) {
 
 void Denoiser::fill(const Blocks& blocks, int block, const FloatImage& image, std::size_t slot, float least,
                     float most) {
-    float* to = staging_.data();
-    for (int y = 0; y < job_.height; ++y)
+    for_each_row(job_.height, [&](int y) {
+        float* to = staging_.data() + std::size_t(3) * std::size_t(job_.width) * std::size_t(y);
+        auto [column, row] = blocks.row_begin(blocks.left(block), blocks.top(block) + y);
         for (int x = 0; x < job_.width; ++x, to += 3) {
-            const auto [from_x, from_y] = blocks.pixel(blocks.left(block) + x, blocks.top(block) + y);
-            const float* from = image.pixel(from_x, from_y);
+            const float* from = image.pixel(column, row);
             for (int c = 0; c < 3; ++c)
                 to[c] = std::isfinite(from[c]) ? std::clamp(from[c], least, most) : 0;
+            column = column + 1 == blocks.width ? 0 : column + 1;
         }
+    });
     device_->functions().write_buffer(buffers_[slot], 0, staging_.size() * sizeof(float), staging_.data());
 }
 
@@ -160,15 +164,15 @@ void Denoiser::denoise(Frame& frame) {
         device_->check("denoise");
         library.read_buffer(buffers_[0], 0, staging_.size() * sizeof(float), staging_.data());
         const int left = blocks.own_left(block), top = blocks.own_top(block);
-        for (int y = top; y < top + blocks.down.interior; ++y)
-            for (int x = left; x < left + blocks.across.interior; ++x) {
-                const auto at = static_cast<std::size_t>(y - blocks.top(block)) * static_cast<std::size_t>(job_.width) +
-                                static_cast<std::size_t>(x - blocks.left(block));
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const float value = staging_[3 * at + c];
-                    colour.pixel(x, y)[c] = std::isfinite(value) ? value : 0;
-                }
-            }
+        for_each_row(blocks.down.interior, [&](int row) {
+            const int y = top + row;
+            const auto first = static_cast<std::size_t>(y - blocks.top(block)) * static_cast<std::size_t>(job_.width) +
+                               static_cast<std::size_t>(left - blocks.left(block));
+            const float* from = staging_.data() + 3 * first;
+            for (int x = left; x < left + blocks.across.interior; ++x, from += 3)
+                for (int c = 0; c < 3; ++c)
+                    colour.pixel(x, y)[c] = std::isfinite(from[c]) ? from[c] : 0;
+        });
     }
     device_->check("denoise");
 }

@@ -15,7 +15,7 @@ namespace oidn {
 class Device;
 }
 
-/// One thread at a time.
+/// One thread at a time; it copies on several, whatever `threads` is.
 class Denoiser {
 public:
     /// `quality` is not off. `threads`: of a CPU, 0 for all. Throws InputError where there is no library, in one line
@@ -29,7 +29,7 @@ public:
     /// Replaces R, G and B of plane "colour" (linear radiance; A stays). Guides are planes "guide_albedo" and
     /// "guide_normal" where the frame has them, which are taken to be free of noise; else "albedo" and "normal", else
     /// none. A full circle is seamless, and so are its poles. Numbers that are not finite count as 0. Takes the memory
-    /// of one block, whatever the size; the second frame of a size allocates nothing. Throws WorkError.
+    /// of one block, whatever the size; the second frame of a size takes no more. Throws WorkError.
     void denoise(Frame& frame);
 
 private:

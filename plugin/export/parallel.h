@@ -40,4 +40,15 @@ void for_each_index(int count, MakeState make_state, Work work) {
         std::rethrow_exception(failure);
 }
 
+/// The same of a picture's rows: work(row).
+template <typename Work>
+void for_each_row(int height, const Work& work) {
+    constexpr int rows_at_a_time = 8;
+    for_each_index((height + rows_at_a_time - 1) / rows_at_a_time, [] { return 0; },
+                   [&](int, int piece) {
+                       for (int y = piece * rows_at_a_time; y < std::min(height, (piece + 1) * rows_at_a_time); ++y)
+                           work(y);
+                   });
+}
+
 }  // namespace equistream

@@ -1,5 +1,8 @@
 #include "history.h"
 
+#include <plugin/export/parallel.h>
+
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>

@@ -22,11 +22,9 @@
 /// worth as many samples as one of variance V + k b^2.
 #include <equistream/frame.h>
 #include <equistream/rec709.h>
-#include <plugin/export/parallel.h>
 
 #include <glm/glm.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -149,17 +147,5 @@ private:
     std::vector<float> bias2_;
     std::vector<float> shares_;  ///< of the mean in what is shown, beside the denoised one
 };
-
-// What both of its files do.
-
-template <typename Work>
-void for_each_row(int height, const Work& work) {
-    constexpr int rows_at_a_time = 8;
-    for_each_index((height + rows_at_a_time - 1) / rows_at_a_time, [] { return 0; },
-                   [&](int, int piece) {
-                       for (int y = piece * rows_at_a_time; y < std::min(height, (piece + 1) * rows_at_a_time); ++y)
-                           work(y);
-                   });
-}
 
 }  // namespace equistream
