@@ -35,7 +35,6 @@ struct Drawing {
         : description(scene), context(gl::make_offscreen_context()), pass(load_model(description, {.shading = false})),
           sphere_depth(head_box_radius_centre(description.head_radius_m, default_ipd_m),
                        default_budget_share * error_budget_rad(default_focal_length_px)) {}
-    ~Drawing() { context->make_current(); }  // where all that goes now lives
     Drawing(const Drawing&) = delete;
     Drawing& operator=(const Drawing&) = delete;
 
@@ -48,7 +47,8 @@ struct Drawing {
 
 /// Its context is current until the next call.
 Drawing* drawing_of(benchmark::State& state, const std::string& scene) {
-    static std::map<std::string, std::unique_ptr<Drawing>> drawings;
+    static auto& drawings = *new std::map<std::string, std::unique_ptr<Drawing>>;  // never freed: the driver is gone
+                                                                                   // before static objects are
     std::unique_ptr<Drawing>& drawing = drawings[scene];
     try {
         if (drawing)

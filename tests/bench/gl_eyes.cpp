@@ -46,7 +46,6 @@ struct GlEyes {
         for (int i = 0; i < 2; ++i)
             targets.upload_depth(i, bench::big_view, eyes[std::size_t(i)].depth_m);
     }
-    ~GlEyes() { context->make_current(); }  // where all that goes now lives
     GlEyes(const GlEyes&) = delete;
     GlEyes& operator=(const GlEyes&) = delete;
 
@@ -65,7 +64,8 @@ enum class Part { all, resample, fill, map, mesh_warp, backward_search };
 
 /// Each scene's, kept to the end; null, and the benchmark left out, where there is no such scene or no OpenGL.
 GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
-    static std::map<std::string, std::unique_ptr<GlEyes>> all;
+    static auto& all = *new std::map<std::string, std::unique_ptr<GlEyes>>;  // never freed: the driver is gone before
+                                                                             // static objects are
     std::unique_ptr<GlEyes>& eyes = all[name];
     try {
         if (eyes)
