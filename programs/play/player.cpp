@@ -95,6 +95,7 @@ public:
         report_.truncation = feed_->truncation();
         note_head_box();
         note_patches();
+        note_window();
         write_report();
     }
 
@@ -225,6 +226,16 @@ private:
             report_.notes.push_back("--fill patches is passed over: " + report_.settings.source +
                                     " has patches without depth, and --depth " + report_.depth +
                                     " draws none of theirs (--depth ray casts it)");
+    }
+
+    /// Whoever names passes leaves the window out by leaving out the one that shows what lies around it.
+    void note_window() {
+        const auto unused = [](const FeedTrack& track) {
+            return track.name == track_name(TrackRole::window) && track.pictures == 0;
+        };
+        if (std::ranges::any_of(feed_->tracks(), unused) && report_.fill.find("base") == std::string::npos)
+            report_.notes.push_back("the window of " + report_.settings.source +
+                                    " is passed over: --fill names no base, which is to lie around it");
     }
 
     void write_report() {

@@ -43,6 +43,14 @@ def size(text):
     return tuple(int(side) for side in match.groups())
 
 
+def window(text):
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", text)
+    sides = tuple(map(float, match.groups())) if match else (0, 0)
+    if not (0 < sides[0] < 360 and 0 < sides[1] <= 180):
+        raise argparse.ArgumentTypeError(f"expected WxH, degrees below 360 and up to 180, found '{text}'")
+    return sides
+
+
 def frames(text):
     match = re.fullmatch(r"(\d+)-(\d+)", text)
     if not match or int(match[1]) > int(match[2]):
@@ -66,6 +74,8 @@ def arguments():
     parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
                         help="the widest sphere tried, in 2 pi f columns (1.41)")
+    parser.add_argument("--window", type=window, metavar="WxH",
+                        help="degrees: a window of them around the gaze, in a coarse sphere, is tried too, and taken where it has fewer bytes")
     add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     options = parse(parser, "fit")
@@ -111,7 +121,7 @@ def main():
     from fitting.report import chosen_text, n_text, report, sections_of, times_text, unreachable_text, write_settings
     from fitting.work import Asked, FitWork
     began = time.time()
-    asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest)
+    asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest, options.window)
     with contextlib.redirect_stdout(sys.stderr):
         work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked, Progress("fit", options.progress))
         fit = Fit(work, asked, options.codec, options.db, path_frames(options))
@@ -128,7 +138,7 @@ def main():
         point = chosen.point
         print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
                           "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once,
-                          "reflections": chosen.told, "why": fit.why, "seconds": round(time.time() - began, 1),
+                          "reflections": chosen.told, "window": chosen.point.way.window, "why": fit.why, "seconds": round(time.time() - began, 1),
                           "command": f"equistream fit {options.scene.name} --db {options.db:g}", **provenance(options.bin, REPOSITORY)}, indent=1))
         return
     print(said)

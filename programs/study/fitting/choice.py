@@ -9,7 +9,7 @@ from rates import bytes_for
 from steps import Failed
 
 from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db
-from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, files_of, pair, perspective
+from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, files_of, pair, perspective, windowed
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
 """Fill pass -> the track it fills from."""
@@ -19,6 +19,8 @@ ROOM_DB = 1
 DENOISERS = "off", "balanced"
 BUDGETS_PX = (1 / 4, 1, 4, 16)
 SHARES = (0.1, 0.05, 0.02)
+SHARES_OF_WINDOWS = (0.2, 0.3)
+"""Tried too: their colours take few bytes, of which a tenth is too little for depth."""
 TRACKS_FROM = 512
 """Columns: small streams and patches of narrower spheres are too small to be coded."""
 FINER = 4
@@ -74,6 +76,8 @@ class Fit:
         self.light = self.least_light()
         self.told, width, crf = self.sphere()
         chosen = self.choose(self.fill(width, crf), width, crf)
+        if self.asked.window:
+            chosen = self.looked_at(chosen)
         self.views = [(way, self.finest(way, None, crf)) for way in (perspective(self.light), pair(self.light))]
         self.say_how_well_known(chosen.point)
         return chosen
@@ -257,6 +261,25 @@ class Fit:
             self.why.append(f"{name}: {other.point.way.title.split(',')[0]}, CRF {other.crf}, {other.bytes_once:,} bytes once and {other.point.bytes:,.0f} a frame: "
                             f"{along_mb:,.1f} MB along the path's {self.path_frames} frames: {taken_text(other is chosen)}")
         return chosen
+
+    def looked_at(self, chosen):
+        """In a window, where that takes fewer bytes."""
+        if chosen.fill.track:
+            self.why.append(f"window: not tried: track {chosen.fill.track} goes with whole spheres")
+            return chosen
+        shares = (chosen.depth_share, *SHARES_OF_WINDOWS) if chosen.depth_share else (0,)
+        ways = {share: by_streamed_depth(chosen.fill, self.told, self.light, share) if share else chosen.point.way for share in shares}
+        points = {share: self.finest(windowed(way, self.asked.window), chosen.width, chosen.crf) for share, way in ways.items()}
+        points = {share: point for share, point in points.items() if point is not None}
+        if not points:
+            self.why.append("window: does not come to it")
+            return chosen
+        share = min(points, key=lambda share: points[share].bytes)
+        point = points[share]
+        is_less = point.bytes < chosen.point.bytes
+        self.why.append(f"window of {self.asked.window[0]:g}x{self.asked.window[1]:g} degrees: {point.bytes:,.0f} bytes a frame at CRF {point.crf}, "
+                        f"{point.bytes / chosen.point.bytes:.2f} of the whole sphere's: {taken_text(is_less)}")
+        return dataclasses.replace(chosen, point=point, fill=point.way.fill, depth_share=share) if is_less else chosen
 
     def model(self, fill, width, crf):
         """By the largest budget that costs less than CLOSE_DB; by the scene itself where none does."""

@@ -6,6 +6,8 @@ import math
 from render_list import DEPTH, WITH_MIRRORS, size_text
 from steps import write_whole
 
+from .work import base_width, density
+
 KINDS = {"render": "rendering", "encode": "coding", "play": "playing", "compare": "comparing", "model": "models"}
 
 
@@ -41,7 +43,9 @@ def depth_text(chosen):
 
 
 def chosen_text(chosen, fit):
-    return (f"{chosen.width}x{chosen.width // 2}, {chosen.light.title}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.passes}: "
+    window = chosen.point.way.window
+    looked_at = f"a window of {window[0]:g}x{window[1]:g} degrees of " if window else ""
+    return (f"{looked_at}{chosen.width}x{chosen.width // 2}, {chosen.light.title}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.passes}: "
             f"{level_text(chosen.point)} dB, {chosen.point.bytes:,.0f} bytes a frame" + (f" and {chosen.bytes_once:,} once" if chosen.bytes_once else ""))
 
 
@@ -118,10 +122,12 @@ def client_words(chosen):
 
 def sections_of(chosen, asked, codec):
     """What each program needs to do as was measured; `chosen` is choice.py's."""
-    track = chosen.fill.track
+    track, window = chosen.fill.track, chosen.point.way.window
+    columns = base_width(chosen.width) if window else chosen.width
+    looked_at = {"window": quoted(f"gaze,{window[0]:g}x{window[1]:g}"), "density": density(chosen.width)} if window else {}
     sees = {"fill": quoted(chosen.fill.passes), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
     by_stream = {"depth": "auto", "depth-share": f"{chosen.depth_share:g}"} if chosen.depth_share else {"depth": "none"}
-    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.light.samples, **({"denoise": chosen.light.denoise} if chosen.light.denoise != "off" else {}), "aovs": quoted((WITH_MIRRORS if chosen.told else DEPTH)[1]), **RENDERED.get(track, {})},
+    return {"render": {"eye": "centre", "size": size_text((columns, columns // 2)), **looked_at, "spp": chosen.light.samples, **({"denoise": chosen.light.denoise} if chosen.light.denoise != "off" else {}), "aovs": quoted((WITH_MIRRORS if chosen.told else DEPTH)[1]), **RENDERED.get(track, {})},
             "encode": {"codec": codec, "crf": chosen.crf, "fill": track or "none", **by_stream, **({"mirrors": "always"} if chosen.told else {})},
             "model": {"error-px": f"{chosen.model_px:g}", "focal": f"{asked.focal_px:g}"} if chosen.model_px else {},
             "play": {**client_words(chosen), **({"depth": "stream"} if chosen.depth_share else {}), **sees},

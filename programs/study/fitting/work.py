@@ -20,6 +20,8 @@ RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
 MULTIPLE = 16
 """Of widths, so that small streams, of a quarter of the rows, are whole and even."""
 NARROWEST = 256
+BASE = 4
+"""Times as coarse as its window is a base, which is no narrower than NARROWEST."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +37,8 @@ class Asked:
     """A pixel of spheres that are tried."""
     times: float
     """How much wider the widest sphere is than one that matches the eyes."""
+    window: tuple = None
+    """Degrees across and down that are tried in a coarse sphere; None: no window is."""
     name: str = "fit"
     repeat: int = 1
 
@@ -63,6 +67,16 @@ class Asked:
         last = math.floor(2 * math.log2(4 * self.times) + 0.01)
         widths = [max(1, round(self.matching * self.times / 2 ** (step / 2) / MULTIPLE)) * MULTIPLE for step in range(last + 1)]
         return [width for width in widths if width >= NARROWEST] or [NARROWEST]
+
+
+def density(width):
+    """Columns of a sphere that windows are cut from, as dense as one of that width."""
+    return math.ceil(width / 32) * 32
+
+
+def base_width(width):
+    """Of the sphere around such a window."""
+    return max(NARROWEST, round(width / BASE / MULTIPLE) * MULTIPLE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -120,6 +134,14 @@ class FitWork(SceneWork):
     def light_sphere(self, place, width, light):
         return self.lit(f"sphere-{width}", light, (width, width // 2), place)
 
+    def window(self, way, width):
+        """As dense as that sphere, around the gaze."""
+        base = base_width(width)
+        across, down = way.window
+        aovs = render_list.WITH_MIRRORS if way.told else render_list.DEPTH
+        return self.lit(f"{'told-' if way.told else ''}window-{across:g}x{down:g}-{width}", way.light, (base, base // 2), "centre",
+                        (*aovs, "--window", f"gaze,{across:g}x{down:g}", "--density", density(width)))
+
     def light_cpu_s(self, width, light):
         """Of rendering that sphere."""
         return json.loads((self.folder / f"steps/render-sphere-{width}-{light.name}.json").read_text())["cpu_s"]
@@ -175,6 +197,8 @@ class Way(System):
     """Of streamed depth."""
     geometry: tuple = ()
     """The words for where the client's depth is from; else the scene."""
+    window: tuple = None
+    """Degrees across and down of what is as dense as the width says, around the gaze; None: all of the sphere."""
 
     @property
     def tracks(self):
@@ -198,6 +222,14 @@ def by_model(fill, told, light, budget_px, file):
 
 def by_streamed_depth(fill, told, light, share):
     return sphere(f"depth {share:g}", fill, told, light, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
+
+
+def windowed(way, window):
+    """Pass `base` shows the sphere around it."""
+    across, down = window
+    fill = dataclasses.replace(way.fill, passes=f"base,{way.fill.passes}")
+    return dataclasses.replace(way, name=f"{way.name}-window-{across:g}x{down:g}", title=f"window of {across:g}x{down:g} degrees, {way.title}", window=window,
+                               fill=fill, play=(*way.play[:-1], fill.passes))
 
 
 def perspective(light):
@@ -232,6 +264,8 @@ class Measurer(Player):
     def sources(self, system, width, seed):
         if system.fill.track or system.fill.on_trial:
             return [self.work.with_tracks(system, width)]
+        if system.window:
+            return [self.work.window(system, width)]
         if system.is_sphere:
             made = self.work.told_sphere if system.told else self.work.light_sphere
             return [made(place, width, system.light) for place in system.places]

@@ -17,7 +17,7 @@ sys.path[:0] = [str(TESTS / "programs"), str(TESTS / "programs/viewer")]
 from display import Display  # noqa: E402
 from fitting.choice import Chosen  # noqa: E402
 from fitting.report import sections_of, write_settings  # noqa: E402
-from fitting.work import Asked, Fill, Light, Point, by_scene  # noqa: E402
+from fitting.work import Asked, Fill, Light, Point, by_scene, by_streamed_depth, windowed  # noqa: E402
 from independent import Programs  # noqa: E402
 
 PROGRAMS = Programs(sys.argv.pop(1))
@@ -79,6 +79,22 @@ class Fit(unittest.TestCase):
         PROGRAMS.run("play", self.root / "told.mp4", "--settings", settings, "--out", self.root / "told-eyes", "--progress", "none")
         self.assertEqual(json.loads((self.root / "told-eyes/report.json").read_text())["method"], "mesh")
 
+    def test_programs_take_a_window(self):
+        asked, settings = Asked((160, 90), 90.0, 30, 30, 1, 1, 1, (110, 70)), self.root / "window.ini"
+        way = windowed(by_streamed_depth(Fill(), False, Light(1), 0.1), asked.window)
+        chosen = Chosen(Point(way, 1024, 30, 0, 0, 0, 0), way.fill, 0, depth_share=0.1)
+        write_settings(settings, ["window"], sections_of(chosen, asked, "h264"))
+        PROGRAMS.run("render", self.scene, "--settings", settings, "--frames", "30-30", "--out", self.root / "looked-at")
+        report = json.loads(PROGRAMS.run("encode", self.root / "looked-at", "--settings", settings, "--out", self.root / "window.mp4", "--json", "--progress", "none"))
+        sizes = {track["name"]: (track["width"], track["height"]) for track in report["tracks"]}
+        self.assertEqual((sizes["main"], sizes["window"]), ((256, 128), (320, 208)))
+        PROGRAMS.run("play", self.root / "window.mp4", "--settings", settings, "--out", self.root / "window-eyes", "--progress", "none")
+        played = json.loads((self.root / "window-eyes/report.json").read_text())
+        self.assertEqual(played["notes"], [])
+        self.assertGreater(played["bytes"]["input"]["window"]["pictures"], 0, "it is looked at")
+        PROGRAMS.run("play", self.root / "window.mp4", "--size", "160x90", "--fill", "pushpull", "--out", self.root / "base-alone", "--progress", "none")
+        self.assertIn("--fill names no base", json.loads((self.root / "base-alone/report.json").read_text())["notes"][-1])
+
     def look_around(self, stream, settings):
         display = Display()
         self.addCleanup(display.close)
@@ -89,7 +105,8 @@ class Fit(unittest.TestCase):
 
     def test_bad_words_are_one_line_and_two(self):
         for words, what in (((self.root / "none.json", "--db", 30), "found no such file"), ((self.scene, "--db", "loud"), "found 'loud'"),
-                            ((self.scene, "--db", 30, "--frames", "9-1"), "found '9-1'"), ((self.scene, "--db", 30, "--frames", "0-9999"), "found 9999"),
+                            ((self.scene, "--db", 30, "--frames", "9-1"), "found '9-1'"),
+                            ((self.scene, "--db", 30, "--window", "400x90"), "found '400x90'"), ((self.scene, "--db", 30, "--frames", "0-9999"), "found 9999"),
                             ((self.scene, "--db", 30, "--out", "none/here.ini"), "found none/here.ini")):
             said = self.fit(*words, code=2).stderr
             self.assertIn(what, said.splitlines()[-1])

@@ -1,5 +1,6 @@
 """What `equistream fit` chooses, on curves whose answers are known in closed form."""
 
+import dataclasses
 import math
 import unittest
 
@@ -7,7 +8,8 @@ from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting.choice import Chosen, Fit, Unreachable
 from fitting.report import sections_of, settings_text
-from fitting.work import Asked, Fill, Light, Point, by_scene
+from fitting.work import Asked, Fill, Light, Point, base_width, by_scene, density
+from render_list import size_text
 from steps import Failed
 
 
@@ -104,13 +106,16 @@ class Widths(unittest.TestCase):
 class MadeUp:
     """A scene with a mirror that holds the error at so many dB unless it is told of; width and CRF cost accuracy and bytes in closed form."""
 
-    def __init__(self, mirror_db, told_bytes):
-        self.mirror_db, self.told_bytes, self.folder = mirror_db, told_bytes, None
+    def __init__(self, mirror_db, told_bytes, window_bytes=1):
+        self.mirror_db, self.told_bytes, self.window_bytes, self.folder = mirror_db, told_bytes, window_bytes, None
 
     def tells_of_mirrors(self, _place):
         return self.mirror_db is not None
 
     def at(self, way, width, crf):
+        if way.window:  # sees a little less of the picture, of which it is a part
+            point = self.at(dataclasses.replace(way, window=None), width, crf)
+            return dataclasses.replace(point, way=way, db=point.db - 0.5, bytes=point.bytes and point.bytes * self.window_bytes)
         squares = 10 ** (-(36 + 4 * math.log2(width / 2016) - 0.2 * max(0, (crf or 0) - 12)) / 10) + (0 if way.told or self.mirror_db is None else 10 ** (-self.mirror_db / 10))
         db = -10 * math.log10(squares)
         return Point(way, width, crf, db, db, db, None if crf is None else width ** 2 / 1000 * 2 ** (-crf / 6) + (self.told_bytes if way.told else 0), None)
@@ -146,6 +151,48 @@ class Mirrors(unittest.TestCase):
         with self.assertRaises(Unreachable) as short:
             self.fit(45, MadeUp(33, 0)).sphere()
         self.assertTrue(short.exception.best.way.told)
+
+
+class Window(unittest.TestCase):
+    @staticmethod
+    def asked():
+        return Asked((640, 360), 90.0, 30, 31, 64, 64, 2 ** 0.5, (120, 90))
+
+    def chosen(self, window_bytes, fill=Fill(), level=30):
+        scene = MadeUp(None, 0, window_bytes)
+        fit = Fit(scene, self.asked(), "h264", level, 300)
+        fit.light, fit.at = Light(4), scene.at
+        _, width, crf = fit.sphere()
+        sphere = Chosen(fit.at(by_scene(fill, False, fit.light), width, crf), fill, 0, depth_share=0.05)
+        return sphere, fit.looked_at(sphere), fit
+
+    def test_it_is_taken_where_it_has_fewer_bytes(self):
+        sphere, chosen, fit = self.chosen(0.4)
+        self.assertEqual(chosen.point.way.window, (120, 90))
+        self.assertGreaterEqual(chosen.point.db, 30)
+        self.assertLess(chosen.crf, sphere.crf, "half a decibel is made up for by finer coding")
+        self.assertIn(f"{chosen.point.bytes / sphere.point.bytes:.2f} of the whole sphere's: taken", fit.why[-1])
+        sections = sections_of(chosen, fit.asked, "h264")
+        self.assertEqual(sections["play"]["fill"], '"base,pushpull"')
+        render = sections["render"]
+        self.assertEqual((render["window"], render["density"], render["size"]), ('"gaze,120x90"', density(chosen.width), size_text((base_width(chosen.width), base_width(chosen.width) // 2))))
+
+    def test_densities_are_what_render_takes(self):
+        for width in self.asked().widths:
+            self.assertEqual(density(width) % 32, 0)
+            self.assertLess(density(width) - width, 32)
+            self.assertGreater(density(width), base_width(width) - 1)
+
+    def test_a_window_that_saves_nothing_is_not_taken(self):
+        sphere, chosen, fit = self.chosen(1)
+        self.assertIs(chosen, sphere)
+        self.assertIn("not taken", fit.why[-1])
+        self.assertNotIn("window", sections_of(chosen, fit.asked, "h264")["render"])
+
+    def test_tracks_for_gaps_go_with_spheres(self):
+        sphere, chosen, fit = self.chosen(0.1, Fill("hidden,pushpull", "hidden"))
+        self.assertIs(chosen, sphere)
+        self.assertIn("not tried", fit.why[-1])
 
 
 class Rendered:
