@@ -37,7 +37,6 @@ REFRESHES = {
     "the same by the stream's own depth (mesh)": ["moving.mkv"],
 }
 UPLOADS = {"copied": ["--upload", "copied"], "mapped": ["--upload", "mapped"]}
-NOT_MEASURED = [["2 x 2160x2160 on a real GPU", "under 1 ms"], ["90 Hz for 5 minutes on a real GPU", "no refresh missed"]]
 
 
 def make_inputs(steps, sphere, large):
@@ -106,7 +105,6 @@ def main():
     rows = [[run["name"], *(cell(run["stages_ms"][stage], 1) for stage in STAGES), cell(sum(run["stages_ms"].values()), 1), str(run["refreshes"])] for run in result["refreshes"]]
     page = place(page, "refresh", "all", table(["what is drawn", *STAGES, "all, ms", "refreshes"], rows, labels=1))
     page = place(page, "upload", "all", table(["decoded pictures", "upload of a frame, ms", "waited for the decoder, ms", "frames", "frames/s"], list(upload_rows(result)), labels=1))
-    page = place(page, "hardware", "all", table(["target", "wanted", "found"], [[*row, "not measured: no GPU could be had"] for row in NOT_MEASURED], labels=3))
     write_whole(options.page, page)
     print(f"{options.page}: {len(result['refreshes'])} refreshes, {len(result['uploads'])} uploads")
 
