@@ -69,6 +69,8 @@ void library(benchmark::State& state, int columns, DenoiseQuality quality) {
         }
         library.set_filter_image(filter.get(), "output", buffers.front().get(), oidn::float3, width, height, 0, 0, 0);
         library.set_filter_bool(filter.get(), "hdr", true);
+        library.set_filter_bool(filter.get(), "cleanAux", true);
+        library.set_filter_float(filter.get(), "inputScale", 1);
         library.set_filter_int(filter.get(), "quality", quality == DenoiseQuality::fast ? oidn::fast : oidn::balanced);
         library.commit_filter(filter.get());
         library.execute_filter(filter.get());

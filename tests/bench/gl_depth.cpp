@@ -2,6 +2,7 @@
 /// that is 31.5 mm beside it, against what that eye sees, what both eyes see, and the same as the paper draws it: one
 /// draw of everything for an eye, six for a sphere and a seventh that turns the cube equirectangular.
 #include "bench_scene.h"
+#include "gl_figures.h"
 
 #include <client/depth/gl/depth_pass.h>
 #include <client/depth/gl/sphere_depth.h>
@@ -15,11 +16,8 @@
 
 #include <array>
 #include <cmath>
-#include <map>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
 
 namespace {
 
@@ -44,24 +42,6 @@ struct Drawing {
     gl::SphereDepth sphere_depth;
     gl::SourceTextures source;
 };
-
-/// Its context is current until the next call.
-Drawing* drawing_of(benchmark::State& state, const std::string& scene) {
-    static auto& drawings = *new std::map<std::string, std::unique_ptr<Drawing>>;  // never freed: the driver is gone
-                                                                                   // before static objects are
-    std::unique_ptr<Drawing>& drawing = drawings[scene];
-    try {
-        if (drawing)
-            drawing->context->make_current();
-        else if (const std::optional<SceneDescription> description = bench::bench_description(scene))
-            drawing = std::make_unique<Drawing>(*description);
-        else
-            state.SkipWithError("EQUISTREAM_SCENES is not set");
-    } catch (const std::exception& error) {
-        state.SkipWithError(error.what());
-    }
-    return drawing.get();
-}
 
 Pose head_at(const Drawing& drawing, int frame) {
     const PosePath& path = drawing.description.camera_path;
@@ -97,7 +77,7 @@ void draw_sphere(Drawing& drawing, const Pose& head, gl::Culling culling) {
 using Draw = void (*)(Drawing&, const Pose&, gl::Culling);
 
 void along_the_path(benchmark::State& state, const std::string& scene, Draw draw, gl::Culling culling) {
-    Drawing* drawing = drawing_of(state, scene);
+    Drawing* drawing = bench::gl_stage<Drawing>(state, scene, bench::bench_description);
     if (drawing == nullptr)
         return;
     int frame = 0;

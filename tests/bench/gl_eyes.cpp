@@ -2,6 +2,7 @@
 /// depths and colours there already, against the CPU's, a mesh of every sample and a backward search, which do without
 /// masks and fill; and against parts of itself and the reliability map alone.
 #include "eye_stages.h"
+#include "gl_figures.h"
 #include "gl_peers.h"
 
 #include <client/confidence/gl/reliability_map.h>
@@ -12,12 +13,10 @@
 
 #include <client/fill/fill.h>
 #include <client/warp/engine.h>
-#include <equistream/error.h>
 
 #include <benchmark/benchmark.h>
 #include <tbb/parallel_for.h>
 
-#include <map>
 #include <memory>
 
 namespace {
@@ -62,26 +61,8 @@ struct GlEyes {
 
 enum class Part { all, resample, fill, map, mesh_warp, backward_search };
 
-/// Each scene's, kept to the end; null, and the benchmark left out, where there is no such scene or no OpenGL.
-GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
-    static auto& all = *new std::map<std::string, std::unique_ptr<GlEyes>>;  // never freed: the driver is gone before
-                                                                             // static objects are
-    std::unique_ptr<GlEyes>& eyes = all[name];
-    try {
-        if (eyes)
-            eyes->context->make_current();  // other figures have contexts of their own
-        else if (bench::BenchScene* scene = bench::bench_scene(name))
-            eyes = std::make_unique<GlEyes>(*scene);
-        else
-            state.SkipWithError("EQUISTREAM_SCENES is not set");
-    } catch (const InputError& error) {
-        state.SkipWithError(error.what());
-    }
-    return eyes.get();
-}
-
 void by_gl(benchmark::State& state, const char* name, Part part) {
-    GlEyes* eyes = eyes_of(state, name);
+    GlEyes* eyes = bench::gl_stage<GlEyes>(state, name, bench::bench_scene);
     if (eyes == nullptr)
         return;
     eyes->reproject();
@@ -109,7 +90,7 @@ void by_gl(benchmark::State& state, const char* name, Part part) {
 }
 
 void by_cpu(benchmark::State& state, const char* name) {
-    GlEyes* eyes = eyes_of(state, name);
+    GlEyes* eyes = bench::gl_stage<GlEyes>(state, name, bench::bench_scene);
     if (eyes == nullptr)
         return;
     const SourceView& source = eyes->source;
@@ -129,21 +110,15 @@ void by_cpu(benchmark::State& state, const char* name) {
 }
 
 [[maybe_unused]] const bool added = [] {
-    const auto add = [](const std::string& name, auto... arguments) {
-        benchmark::RegisterBenchmark(name.c_str(), arguments...)
-            ->UseRealTime()
-            ->MeasureProcessCPUTime()
-            ->Unit(benchmark::kMillisecond);
-    };
     for (const char* scene : {"pavilion", "sponza-crytek"}) {
         const std::string figure = std::string("gl_eyes_1080p_") + scene;
-        add(figure + "/ours", by_gl, scene, Part::all);
-        add(figure + "/cpu", by_cpu, scene);
-        add(figure + "/mesh_warp", by_gl, scene, Part::mesh_warp);
-        add(figure + "/backward_search", by_gl, scene, Part::backward_search);
-        add(figure + "/look_up", by_gl, scene, Part::resample);
-        add(figure + "/push_pull", by_gl, scene, Part::fill);
-        add(figure + "/map", by_gl, scene, Part::map);
+        bench::add_gl_figure(figure + "/ours", by_gl, scene, Part::all);
+        bench::add_gl_figure(figure + "/cpu", by_cpu, scene);
+        bench::add_gl_figure(figure + "/mesh_warp", by_gl, scene, Part::mesh_warp);
+        bench::add_gl_figure(figure + "/backward_search", by_gl, scene, Part::backward_search);
+        bench::add_gl_figure(figure + "/look_up", by_gl, scene, Part::resample);
+        bench::add_gl_figure(figure + "/push_pull", by_gl, scene, Part::fill);
+        bench::add_gl_figure(figure + "/map", by_gl, scene, Part::map);
     }
     return true;
 }();

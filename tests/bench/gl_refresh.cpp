@@ -4,10 +4,10 @@
 /// against a copy of the drawn pixels, the machine's limit. Uploads of such frames by themselves: copied or mapped.
 #include "bench_scene.h"
 #include "eye_stages.h"
+#include "gl_figures.h"
 
 #include <client/gpu/context.h>
 #include <client/view/gl/eye_renderer.h>
-#include <equistream/error.h>
 #include <equistream/text.h>
 #include <equistream/window.h>
 
@@ -93,7 +93,9 @@ enum class Refresh { by_depth, turned, new_frame, upload_alone };
 /// A renderer of its own for each way of showing, in one context; kept to the end.
 class Eyes {
 public:
-    explicit Eyes(bench::BenchScene& scene) : scene_(scene), context_(gl::make_offscreen_context()) {
+    const std::unique_ptr<gl::Context> context;
+
+    explicit Eyes(bench::BenchScene& scene) : context(gl::make_offscreen_context()), scene_(scene) {
         buffers_ = std::make_shared<gl::PictureBuffers>();
         const std::size_t bytes = plane_bytes(bench::big_sphere);
         for (int i = 0; i < frames_kept; ++i)
@@ -108,7 +110,6 @@ public:
     Eyes(const Eyes&) = delete;
     Eyes& operator=(const Eyes&) = delete;
 
-    void make_current() { context_->make_current(); }
     bool can_map() const { return mapped_.size() == frames_kept; }
 
     gl::EyeRenderer& renderer(bool with_geometry, Shown shown, bool mapped) {
@@ -168,7 +169,6 @@ public:
 
 private:
     bench::BenchScene& scene_;
-    std::unique_ptr<gl::Context> context_;
     std::shared_ptr<gl::PictureBuffers> buffers_;
     std::vector<std::shared_ptr<const ReceivedFrame>> copied_, mapped_;
     std::map<std::tuple<bool, Shown, bool>, std::unique_ptr<gl::EyeRenderer>> renderers_;
@@ -178,24 +178,6 @@ private:
     int refresh_ = 0, shown_ = 0;
 };
 
-/// Null, and the benchmark left out, where there is no such scene or no OpenGL.
-Eyes* eyes_of(benchmark::State& state, const std::string& name) {
-    static auto& all =
-        *new std::map<std::string, std::unique_ptr<Eyes>>;  // never freed: the driver is gone before static objects are
-    std::unique_ptr<Eyes>& eyes = all[name];
-    try {
-        if (eyes)
-            eyes->make_current();
-        else if (bench::BenchScene* scene = bench::bench_scene(name))
-            eyes = std::make_unique<Eyes>(*scene);
-        else
-            state.SkipWithError("EQUISTREAM_SCENES is not set");
-    } catch (const InputError& error) {
-        state.SkipWithError(error.what());
-    }
-    return eyes.get();
-}
-
 struct Way {
     Refresh refresh = Refresh::by_depth;
     Shown shown = Shown::sphere;
@@ -203,7 +185,7 @@ struct Way {
 };
 
 void refresh(benchmark::State& state, const char* name, Way way) {
-    Eyes* eyes = eyes_of(state, name);
+    Eyes* eyes = bench::gl_stage<Eyes>(state, name, bench::bench_scene);
     if (eyes == nullptr)
         return;
     if (way.mapped && !eyes->can_map())
@@ -229,7 +211,7 @@ void refresh(benchmark::State& state, const char* name, Way way) {
 }
 
 void copy(benchmark::State& state, const char* name) {
-    Eyes* eyes = eyes_of(state, name);
+    Eyes* eyes = bench::gl_stage<Eyes>(state, name, bench::bench_scene);
     if (eyes == nullptr)
         return;
     eyes->draw(eyes->renderer(false, Shown::sphere, false), true);
@@ -242,24 +224,19 @@ void copy(benchmark::State& state, const char* name) {
 }
 
 [[maybe_unused]] const bool added = [] {
-    const auto add = [](const std::string& name, auto... arguments) {
-        benchmark::RegisterBenchmark(name.c_str(), arguments...)
-            ->UseRealTime()
-            ->MeasureProcessCPUTime()
-            ->Unit(benchmark::kMillisecond);
-    };
     for (const char* scene : {"pavilion", "sponza-crytek"}) {
         const std::string figure = std::string("gl_refresh_2160_") + scene;
-        add(figure + "/ours", refresh, scene, Way{});
-        add(figure + "/rotation", refresh, scene, Way{.refresh = Refresh::turned});
-        add(figure + "/geometry", refresh, scene, Way{.with_geometry = true});
-        add(figure + "/window", refresh, scene, Way{.shown = Shown::window});
-        add(figure + "/new_frame", refresh, scene, Way{.refresh = Refresh::new_frame});
-        add(figure + "/new_frame_mapped", refresh, scene, Way{.refresh = Refresh::new_frame, .mapped = true});
-        add(figure + "/gpu_copy", copy, scene);
+        bench::add_gl_figure(figure + "/ours", refresh, scene, Way{});
+        bench::add_gl_figure(figure + "/rotation", refresh, scene, Way{.refresh = Refresh::turned});
+        bench::add_gl_figure(figure + "/geometry", refresh, scene, Way{.with_geometry = true});
+        bench::add_gl_figure(figure + "/window", refresh, scene, Way{.shown = Shown::window});
+        bench::add_gl_figure(figure + "/new_frame", refresh, scene, Way{.refresh = Refresh::new_frame});
+        bench::add_gl_figure(figure + "/new_frame_mapped", refresh, scene,
+                             Way{.refresh = Refresh::new_frame, .mapped = true});
+        bench::add_gl_figure(figure + "/gpu_copy", copy, scene);
         const std::string upload = std::string("gl_upload_3840_") + scene;
-        add(upload + "/ours", refresh, scene, Way{.refresh = Refresh::upload_alone, .mapped = true});
-        add(upload + "/copied", refresh, scene, Way{.refresh = Refresh::upload_alone});
+        bench::add_gl_figure(upload + "/ours", refresh, scene, Way{.refresh = Refresh::upload_alone, .mapped = true});
+        bench::add_gl_figure(upload + "/copied", refresh, scene, Way{.refresh = Refresh::upload_alone});
     }
     return true;
 }();
