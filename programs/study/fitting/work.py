@@ -21,7 +21,9 @@ MULTIPLE = 16
 """Of widths, so that small streams, of a quarter of the rows, are whole and even."""
 NARROWEST = 256
 BASE = 4
-"""Times as coarse as its window is a base, which is no narrower than NARROWEST."""
+"""Times as coarse as its window is a base."""
+NARROWEST_BASE = 128
+"""Streams have 64 rows at least."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -70,13 +72,13 @@ class Asked:
 
 
 def density(width):
-    """Columns of a sphere that windows are cut from, as dense as one of that width."""
-    return math.ceil(width / 32) * 32
+    """Columns of a sphere that windows are cut from, as dense as one of that width; `render` takes these multiples."""
+    return math.ceil(width / (2 * MULTIPLE)) * 2 * MULTIPLE
 
 
 def base_width(width):
     """Of the sphere around such a window."""
-    return max(NARROWEST, round(width / BASE / MULTIPLE) * MULTIPLE)
+    return max(NARROWEST_BASE, round(width / BASE / MULTIPLE) * MULTIPLE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,8 +230,9 @@ def windowed(way, window):
     """Pass `base` shows the sphere around it."""
     across, down = window
     fill = dataclasses.replace(way.fill, passes=f"base,{way.fill.passes}")
+    place = way.play.index("--fill") + 1
     return dataclasses.replace(way, name=f"{way.name}-window-{across:g}x{down:g}", title=f"window of {across:g}x{down:g} degrees, {way.title}", window=window,
-                               fill=fill, play=(*way.play[:-1], fill.passes))
+                               fill=fill, play=(*way.play[:place], fill.passes, *way.play[place + 1:]))
 
 
 def perspective(light):

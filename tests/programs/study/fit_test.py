@@ -8,7 +8,7 @@ from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting.choice import Chosen, Fit, Unreachable
 from fitting.report import sections_of, settings_text
-from fitting.work import Asked, Fill, Light, Point, base_width, by_scene, density
+from fitting.work import NARROWEST, Asked, Fill, Light, Point, base_width, by_scene, density
 from render_list import size_text
 from steps import Failed
 
@@ -158,12 +158,12 @@ class Window(unittest.TestCase):
     def asked():
         return Asked((640, 360), 90.0, 30, 31, 64, 64, 2 ** 0.5, (120, 90))
 
-    def chosen(self, window_bytes, fill=Fill(), level=30):
+    def chosen(self, window_bytes, fill=Fill(), level=30, depth_share=0.05):
         scene = MadeUp(None, 0, window_bytes)
         fit = Fit(scene, self.asked(), "h264", level, 300)
         fit.light, fit.at = Light(4), scene.at
         _, width, crf = fit.sphere()
-        sphere = Chosen(fit.at(by_scene(fill, False, fit.light), width, crf), fill, 0, depth_share=0.05)
+        sphere = Chosen(fit.at(by_scene(fill, False, fit.light), width, crf), fill, 0, depth_share=depth_share)
         return sphere, fit.looked_at(sphere), fit
 
     def test_it_is_taken_where_it_has_fewer_bytes(self):
@@ -177,11 +177,17 @@ class Window(unittest.TestCase):
         render = sections["render"]
         self.assertEqual((render["window"], render["density"], render["size"]), ('"gaze,120x90"', density(chosen.width), size_text((base_width(chosen.width), base_width(chosen.width) // 2))))
 
+    def test_depth_by_geometry_stays_so(self):
+        _, chosen, _ = self.chosen(0.4, depth_share=0)
+        self.assertEqual((chosen.depth_share, chosen.point.way.window), (0, (120, 90)))
+        self.assertTrue(chosen.point.way.name.startswith("scene"))
+
     def test_densities_are_what_render_takes(self):
-        for width in self.asked().widths:
+        for width in (NARROWEST, *self.asked().widths):
             self.assertEqual(density(width) % 32, 0)
             self.assertLess(density(width) - width, 32)
-            self.assertGreater(density(width), base_width(width) - 1)
+            self.assertGreater(density(width), base_width(width))
+            self.assertGreaterEqual(base_width(width), 128, "streams have 64 rows at least")
 
     def test_a_window_that_saves_nothing_is_not_taken(self):
         sphere, chosen, fit = self.chosen(1)
