@@ -230,10 +230,9 @@ private:
 
     /// Whoever names passes leaves the window out by leaving out the one that shows what lies around it.
     void note_window() {
-        const auto unused = [](const FeedTrack& track) {
-            return track.name == track_name(TrackRole::window) && track.pictures == 0;
-        };
-        if (std::ranges::any_of(feed_->tracks(), unused) && report_.fill.find("base") == std::string::npos)
+        const bool is_unneeded = unneeded_roles(widest_plan(report_.settings).choice())[std::size_t(TrackRole::window)];
+        const auto is_window = [](const FeedTrack& track) { return track.name == track_name(TrackRole::window); };
+        if (is_unneeded && std::ranges::any_of(feed_->tracks(), is_window))
             report_.notes.push_back("the window of " + report_.settings.source +
                                     " is passed over: --fill names no base, which is to lie around it");
     }
