@@ -26,7 +26,7 @@ DRAWN = {
     "mitsuba": ["tests/study/hosts/report.py", "--results", "mitsuba", "--page", "mitsuba.md"],
     "viewer, speed": ["tests/study/viewer/speed.py", "--page", "viewer.md"],
     "viewer, refresh": ["tests/study/viewer/refresh.py", "--page", "viewer.md"],
-    "viewer, gpu": ["tests/study/viewer/gpu.py", "--page", "viewer.md"],
+    "viewer, gpu": ["tests/study/viewer/gpu.py", "--results", "."],
     "latency": ["tests/study/viewer/carrying.py", "--page", "latency.md"],
 }
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Keeps what a machine with a GPU measured: docs/results/viewer/gpu.json, and its tables in docs/results/viewer.md.
+"""Keeps what a machine with a GPU measured: docs/results/viewer/gpu.json, and its tables in viewer.md, denoise.md and mitsuba.md.
 
     gpu.py --machine WORDS NAME=FILE...
 
 Each FILE is what `./bench FIGURES --benchmark_out=FILE --benchmark_out_format=json` wrote, whose medians are kept, the JSON of an `equistream render`, or what a
-test program printed. NAME `opengl` makes the tables; the others are kept for the pages that quote them. Without files only the tables are made again.
+test program printed. Without files only the tables are made again.
 """
 
 import argparse
@@ -20,7 +20,10 @@ from pages import cell, place, table  # noqa: E402
 from steps import Failed, run_as_program, write_whole  # noqa: E402
 
 RESULT = REPOSITORY / "docs/results/viewer/gpu.json"
-PAGE = REPOSITORY / "docs/results/viewer.md"
+RESULTS = REPOSITORY / "docs/results"
+RENDERS = {"sponza_cuda": "Mitsuba, cuda_ad_rgb", "sponza_cuda_64": "Mitsuba, cuda_ad_rgb", "sponza_cuda_window": "Mitsuba, cuda_ad_rgb, a window of 120x90 degrees at 1920 columns around",
+           "sponza_embree": "Embree", "sponza_small_cuda": "Mitsuba, cuda_ad_rgb", "sponza_small_scalar": "Mitsuba, scalar_rgb",
+           "pavilion_cuda": "Mitsuba, cuda_ad_rgb", "pavilion_llvm": "Mitsuba, llvm_ad_rgb"}
 WAYS = {"ours": "the stream's own depth (mesh)", "geometry": "depth of the scene's geometry", "window": "window of 1,920x1,440 and base, mesh", "rotation": "rotation alone",
         "new_frame": "mesh, a new frame each time, copied", "new_frame_mapped": "the same, mapped", "gpu_copy": "a copy of both eyes' pixels"}
 OF_RENDERS = ("command", "mitsuba_s", "render_s", "load_s", "paths_per_s", "shapes", "threads", "variant", "machine")
@@ -84,12 +87,30 @@ def eye_rows(figures):
         yield [figure, peer, cell(ours_ms, 2), cell(figures[name]["ms"] / ours_ms)]
 
 
+def denoise_rows(result):
+    for columns in (1920, 3840):
+        for quality in ("fast", "balanced"):
+            name = f"denoise_{columns}_{quality}"
+            yield [f"{columns:,}", quality, *(cell(result[of][f"{name}/{side}"]["ms"], 0 if side == "ours" else 1) for of, side in
+                                              (("denoise_cuda", "ours"), ("denoise_cuda", "library"), ("denoise_cuda_before", "ours"), ("denoise_cpu_before", "ours"), ("denoise_cpu_before", "library")))]
+
+
+def render_rows(result):
+    for name, host in RENDERS.items():
+        run = result[name]
+        words = run["command"].split()
+        of = {option: words[words.index(option) + 1] for option in ("--size", "--spp", "--frames")}
+        first, _, last = of["--frames"].partition("-")
+        frames = int(last or first) - int(first) + 1  # a window and its base are one
+        yield [pathlib.Path(words[2]).stem, host, of["--size"], of["--spp"], str(run["machine"]["threads"]), cell(run["render_s"] / frames, 1), cell(run["paths_per_s"] / 1e6, 3)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--machine", help="what measured, in words")
     parser.add_argument("--commit", help="whose programs they were")
     parser.add_argument("files", nargs="*", metavar="NAME=FILE")
-    parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
+    parser.add_argument("--results", type=pathlib.Path, default=RESULTS, help="folder of the pages whose tables are made")
     options = parser.parse_args()
     if options.files:
         if not options.machine:
@@ -97,11 +118,18 @@ def main():
         of = dict(word.split("=", 1) for word in options.files)
         write_whole(RESULT, result_text({"machine": options.machine, "commit": options.commit, **{name: taken(name, pathlib.Path(file)) for name, file in of.items()}}))
     result = json.loads(RESULT.read_text())
-    page = options.page.read_text()
-    page = place(page, "gpu-refresh", "all", table(["scene", "what is drawn", "all, ms", "upload", "depth", "reproject", "fill"], list(refresh_rows(result["opengl"]))))
-    page = place(page, "gpu-peers", "all", table(["figure", "peer", "ours, ms", "peer / ours"], list(eye_rows(result["opengl"]))))
-    write_whole(options.page, page)
-    print(f"{options.page}: {len(result) - 2} measurements")
+    tables = {
+        "viewer.md": {"gpu-refresh": table(["scene", "what is drawn", "all, ms", "upload", "depth", "reproject", "fill"], list(refresh_rows(result["opengl"]))),
+                      "gpu-peers": table(["figure", "peer", "ours, ms", "peer / ours"], list(eye_rows(result["opengl"])))},
+        "denoise.md": {"gpu": table(["columns", "quality", "ours, H100", "library, H100", "ours, H100, before", "ours, 16 cores, before", "library, 16 cores"], list(denoise_rows(result)))},
+        "mitsuba.md": {"gpu": table(["scene", "host", "size", "samples", "cores", "seconds a frame", "million paths a second"], list(render_rows(result)))},
+    }
+    for name, of_page in tables.items():
+        page = (options.results / name).read_text()
+        for marker, text in of_page.items():
+            page = place(page, marker, "all", text)
+        write_whole(options.results / name, page)
+    print(f"{options.results}: {len(result) - 2} measurements")
 
 
 if __name__ == "__main__":
