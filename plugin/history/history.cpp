@@ -22,7 +22,13 @@ constexpr float noise2 = 16;
 /// Of the level: differences below it are none.
 constexpr float least_change = 0.001f;
 /// Pixels over which a denoiser or an eye takes means: bias weighs so much more than noise.
-constexpr float seen_together = 100;
+constexpr float pixels_seen_together = 100;
+/// Pixels around one in which lost detail is looked for.
+constexpr int detail_radius = 3;
+/// So many times what noise explains is no lost detail.
+constexpr double detail_noise = 2;
+/// Of the level: lost detail below it is not seen.
+constexpr double least_detail = 0.01;
 /// Pixels around one over which denoised and accumulated light are told apart, and how surely: noise alone gives none
 /// of the latter a share.
 constexpr int share_radius = 4;
@@ -56,6 +62,7 @@ void History::resize(const FrameInfo& info) {
     changes_.resize(pixels);
     row_sums_.resize(pixels);
     bias2_.resize(pixels);
+    lost2_.resize(pixels);
     shares_.resize(pixels);
 }
 
@@ -159,6 +166,26 @@ void History::find_changes() {
         });
 }
 
+/// Of a frame without a variance of its own nothing is known: what its memory has learnt holds lost detail too.
+void History::find_lost_detail(const Planes& planes) {
+    for_each_row(height_, [&](int y) {
+        for (int x = 0; x < width_; ++x) {
+            const std::size_t i = index(x, y);
+            const Fresh f = fresh(planes, i);
+            const Mean& m = means_[0][i];
+            const float off = f.level - brightness(m.colour);
+            changes_[i] = f.freedom >= 1 && m.count > 0 && std::isfinite(m.most)  // not where it stayed in its pixel
+                              ? Change{off * off, f.variance * (1 / f.count + 1 / m.count), f.level, 1}
+                              : Change{};
+        }
+    });
+    sum_around(detail_radius, [&](std::size_t pixel, const auto& sum) {
+        const double floor = least_detail * sum.level / sum.count;
+        const double lost2 = (sum.difference - detail_noise * sum.variance) / sum.count - floor * floor;
+        lost2_[pixel] = static_cast<float>(std::max(lost2, 0.0));
+    });
+}
+
 /// By how much the two differ beyond the mean's own noise, where nothing moves. There alone is that noise known: it is
 /// fresh in every pixel.
 void History::find_shares() {
@@ -174,8 +201,9 @@ void History::find_shares() {
     });
 }
 
-/// Both means: which of them lags is not known.
-void History::forget(Mean& carried, float bias2) {
+/// Both means: which of them lags is not known. So many pixels are `seen_together`: their noise is less, their bias is
+/// not.
+void History::forget(Mean& carried, float bias2, float seen_together) {
     if (!(bias2 > 0) || carried.count <= 0)
         return;
     const float noise = carried.variance / seen_together;
@@ -262,12 +290,16 @@ void History::accumulate(Frame& frame, const Before& before) {
         }
     });
     std::ranges::fill(bias2_, 0.0f);
-    if (goes_on)
+    std::ranges::fill(lost2_, 0.0f);
+    if (goes_on) {
         find_changes();
+        find_lost_detail(planes);
+    }
     for_each_row(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
-            forget(means_[0][i], bias2_[i]);
+            forget(means_[0][i], bias2_[i], pixels_seen_together);
+            forget(means_[0][i], lost2_[i], 1);
             mix(means_[0][i], fresh(planes, i));
         }
     });

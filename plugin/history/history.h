@@ -20,6 +20,10 @@
 /// variances explain (the idea of A-SVGF, Schied et al. 2018, and of ReLAX's two histories). It is taken for the mean's
 /// bias b. An eye sees the mean of many pixels k, and so less of noise of variance V, but all of the bias: the mean is
 /// worth as many samples as one of variance V + k b^2.
+///
+/// Detail that a mean has lost, resampled over and over, shows as a frame that differs from it by more than noise, up
+/// and down from pixel to pixel. Where that is more than twice what noise explains, the rest is taken for the mean's
+/// error in each pixel: there a frame with little noise is nearer to the truth than its memory.
 #include <equistream/frame.h>
 #include <equistream/rec709.h>
 
@@ -128,10 +132,11 @@ private:
     bool sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::vec2 past) const;
     Change change(const Mean& carried, const Fresh& fresh) const;
     void find_changes();
+    void find_lost_detail(const Planes& planes);
     void find_shares();
     template <typename Use>
     void sum_around(int radius, const Use& use);
-    static void forget(Mean& carried, float bias2);
+    static void forget(Mean& carried, float bias2, float seen_together);
     void mix(Mean& carried, const Fresh& fresh) const;
     void write(Frame& frame) const;
 
@@ -144,7 +149,7 @@ private:
     std::array<std::vector<Mean>, 2> means_;  ///< now, before
     std::array<std::vector<Seen>, 2> seen_;
     std::vector<Change> changes_, row_sums_;
-    std::vector<float> bias2_;
+    std::vector<float> bias2_, lost2_;
     std::vector<float> shares_;  ///< of the mean in what is shown, beside the denoised one
 };
 

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 """What memory between frames gains and costs (docs/results/accumulate.json, tables of accumulate.md): noise, error and flicker of a walk, a still head, a lamp that
-is switched off.
+is switched off; and what it gives a live viewer at the rate that spheres had without it.
 
-    accumulate.py --bin build/release/bin --work FOLDER [--scenes NAME,...] [--page]          --page: only write the tables anew
+    accumulate.py --bin build/release/bin --work FOLDER [--scenes NAME,...] [--live] [--page]
+    --live: that alone; --page: only write the tables anew
 
 All errors are of display values, weighted by solid angle.
 """
 
 import argparse
+import itertools
 import json
+import math
 import pathlib
 import re
 import sys
@@ -17,13 +20,18 @@ import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(REPOSITORY / "programs/study"))
-from denoise import Programs  # noqa: E402
+from denoise import FOV, VIEW, Programs, whole_error  # noqa: E402
 from kept import result_text  # noqa: E402
+from pages import table  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
 SCENES = "sponza-crytek", "kitchen", "voxel-city"
 SIZE, SAMPLES, FRAMES, MEMORY, QUALITY = "480x240", 4, 16, 32, "balanced"
 SMALL, STILL_FRAMES, LAMP_OFF, LAMP_FRAMES = "240x120", 64, 30, 60
+LIVE = {"kitchen": (4.5, (1,)), "voxel-city": (3.4, (8, 2))}
+"""Scene -> spheres a second that `serve` gave on two cores, as rendered with the first of the samples (docs/guide/serve.md); samples that are tried."""
+LIVE_SIZES, LIVE_FRAMES, LIVE_TRUTH_SAMPLES, LIVE_TRUTH_SEEDS = ("340x170", SIZE, "680x340"), 12, 128, (101, 102)
+LIVE_WAYS = {"as rendered": (), "accumulated": ("--accumulate", MEMORY), "denoised": ("--denoise", "fast"), "both": ("--accumulate", MEMORY, "--denoise", "fast")}
 ROOM = ("mtllib room.mtl\no room\nusemtl wall\n" + "".join(f"v {x} {y} {z}\n" for x in (-2, 2) for y in (0, 3) for z in (-3, 3)) +
         "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
         "o lamp\nusemtl warm\nv -1.5 2.9 -1.5\nv -0.5 2.9 -1.5\nv -0.5 2.9 -0.5\nv -1.5 2.9 -0.5\nf 9 10 11 12\n"
@@ -142,6 +150,38 @@ def lamp(programs, work):
     return {"left_after_frames": left, "frames_until_95_percent_is_forgotten": next(i + 1 for i in range(len(left)) if max(map(abs, left[i:])) < 0.05)}
 
 
+def live(programs, scene, work, rate, samples):
+    """A walk whose frames are as far apart as spheres come: processor seconds a sphere, and the whole error of what the last one shows (denoise.py's view)."""
+    work.mkdir(parents=True, exist_ok=True)
+    last = LIVE_FRAMES - 1
+    truths = [rendered(programs, work / f"live-truth-{seed}", scene, "--fps", rate, "--camera", "perspective", "--fov", FOV, "--size", VIEW, "--frames", last, "--spp", LIVE_TRUTH_SAMPLES,
+                       "--seed", seed, "--unbiased", "--aovs", "none") / "centre" for seed in LIVE_TRUTH_SEEDS]
+    ways = []
+    for size, taken, (way, words) in itertools.product(LIVE_SIZES, samples, LIVE_WAYS.items()):
+        def seconds(frames):
+            return programs.run("render", scene, "--fps", rate, "--size", size, "--spp", taken, "--frames", f"0-{frames - 1}", "--aovs", "depth", *words, "--overwrite", "--out", out)[1]
+        out = work / f"live-{size}-{taken}-{way.replace(' ', '-')}"
+        once = seconds(1)
+        ways.append({"way": way, "size": size, "samples": taken, "sphere_cpu_s": (seconds(LIVE_FRAMES) - once) / (LIVE_FRAMES - 1), "whole": whole_error(programs, out / "centre", work, truths, "--frames", last)})
+        print(scene.stem, size, taken, way, f"{ways[-1]['sphere_cpu_s']:.3f} s, {ways[-1]['whole']['db']:.1f} dB", flush=True)
+    return {"spheres_a_second": rate, "ways": ways}
+
+
+def live_rows(kept):
+    """What `serve` sent, and every way that no other beats in both time and error."""
+    for scene, result in kept.get("live", {}).items():
+        ways = sorted(result["ways"], key=lambda way: way["sphere_cpu_s"])
+        today = next(way for way in ways if (way["way"], way["size"], way["samples"]) == ("as rendered", SIZE, LIVE[scene][1][0]))
+        best = -math.inf
+        for way in ways:
+            if way["whole"]["db"] <= best and way is not today:
+                continue
+            best = max(best, way["whole"]["db"])
+            name = f"**{way['way']}**" if way is today else way["way"]
+            yield [scene, name, way["size"], str(way["samples"]), f"{way['sphere_cpu_s']:.2f}", f"{way['sphere_cpu_s'] / today['sphere_cpu_s']:.2f}",
+                   f"{way['whole']['db']:.1f}", f"{way['whole']['db'] - today['whole']['db']:+.1f}"]
+
+
 def tables(kept):
     scenes = kept["scenes"]
     row = lambda name, cells: f"| {name} | " + " | ".join(cells) + " |"  # noqa: E731
@@ -154,7 +194,9 @@ def tables(kept):
         row(name, [f"{s['denoised_error_db'][k]:.1f}" for k in ("one_frame", "accumulated")] + [f"{255 * s['denoised_flicker'][k]:.2f}" for k in ("one_frame", "accumulated")] +
             [f"{s['denoised_flicker']['accumulated'] / s['denoised_flicker']['one_frame']:.2f}"]) for name, s in scenes.items()]
     still_head = head(["samples", "difference", "of two renders"]) + [row(name, [f"{s['still'][k]:.{d}f}" for k, d in (("samples", 0), ("difference_db", 1), ("difference_of_two_renders_db", 1))]) for name, s in scenes.items()]
-    return {"noise": noise, "error": error, "shown": shown, "still": still_head}
+    heads = ["scene", "way", "sphere", "samples", "processor s a sphere", "times", "whole error, dB", "beside"]
+    at_its_rate = table(heads, live_rows(kept), 3).splitlines()
+    return {"noise": noise, "error": error, "shown": shown, "still": still_head, "live": at_its_rate}
 
 
 def write_page(file, kept):
@@ -169,12 +211,18 @@ def main():
     parser.add_argument("--bin", type=pathlib.Path, default=REPOSITORY / "build/release/bin")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("accumulate-work"))
     parser.add_argument("--scenes", default=",".join(SCENES))
+    parser.add_argument("--live", action="store_true")
     parser.add_argument("--page", action="store_true")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/accumulate.json")
     options = parser.parse_args()
     programs = Programs(options.bin)
     kept = json.loads(options.out.read_text()) if options.out.exists() else {"scenes": {}}
-    for name in [] if options.page else options.scenes.split(","):
+    if options.live:
+        for name, (rate, samples) in LIVE.items():
+            kept.setdefault("live", {})[name] = live(programs, REPOSITORY / f"scenes/descriptions/{name}.json", options.work / name, rate, samples)
+        kept["live_on"] = {"versions": versions(options.bin / "equistream", REPOSITORY), "machine": machine()}
+        write_whole(options.out, result_text(kept))
+    for name in [] if options.page or options.live else options.scenes.split(","):
         scene, work = REPOSITORY / f"scenes/descriptions/{name}.json", options.work / name
         work.mkdir(parents=True, exist_ok=True)
         kept["scenes"][name] = {**walk(programs, scene, work), "still": still(programs, scene, work)}

@@ -57,10 +57,10 @@ def truths(programs, scene, work):
                      "--unbiased", "--aovs", "none") / "centre" for seed in TRUTH_SEEDS]
 
 
-def whole_error(programs, source, work, true):
+def whole_error(programs, source, work, true, *chosen):
     """Of the view of a folder of frames or a stream: on display values, as `compare` says it."""
     views = work / "views" / source.stem
-    programs.run("play", source, "--method", "rotation", "--ipd", "0", "--size", VIEW, "--fov", FOV, "--fill", "none", "--overwrite", "--out", views)
+    programs.run("play", source, *chosen, "--method", "rotation", "--ipd", "0", "--size", VIEW, "--fov", FOV, "--fill", "none", "--overwrite", "--out", views)
     said, _ = programs.run("compare", views / "left", true[0], "--truth2", true[1], "--metrics", "none", "--json")
     return next(iter(json.loads(said)["eyes"].values()))["whole"]["display"]
 

@@ -231,6 +231,26 @@ TEST(History, ALongWalkPastAWallLosesItsNoiseAndNotItsPattern) {
     EXPECT_LT(std::sqrt(clean.square_error(f)), 0.01);  // of a pattern of 0.15
 }
 
+/// Detail of a few pixels, which every look-up between pixels loses some of.
+Hit stripes(const glm::dvec3& origin_m, const glm::dvec3& direction) {
+    Hit hit = wall(origin_m, direction);
+    hit.level = 1 + 0.5 * std::sin(14 * (origin_m + hit.distance_m * direction).x);
+    return hit;
+}
+
+TEST(History, DetailIsNotLostToFramesWithLittleNoise) {
+    double error = 0;
+    World world(view, stripes, faint);
+    for (int i = 0; i < 16; ++i)
+        error = world.square_error(world.next(at(0.07 * i, 0.02 * i)));
+    const double of_one_frame = 0.0025 * 1.125 / 4;
+    EXPECT_LT(error, 3 * of_one_frame);
+    World noisy(view, stripes, gaussian);
+    for (int i = 0; i < 16; ++i)
+        error = noisy.square_error(noisy.next(at(0.07 * i, 0.02 * i)));
+    EXPECT_LT(error, 0.8 * 100 * of_one_frame);
+}
+
 TEST(History, AStillHeadsMeanIsThatOfAllSamples) {
     World world(sphere, ball);
     std::vector<double> sums(64 * 32);
