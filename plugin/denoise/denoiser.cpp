@@ -13,8 +13,11 @@
 namespace equistream {
 namespace {
 
-/// How far around a pixel the network looks, and 32 more: its own tiles overlap by 96.
-constexpr int margin = 128;
+/// How far around a pixel the network looks: what lies farther away changes nothing.
+constexpr int margin = 96;
+/// Beyond a seam. What is left out changes pixels beside it by up to 0.2 of 255, root mean square
+/// (docs/results/denoise.md).
+constexpr int seam_margin = 64;
 /// Over a pole a picture is stretched so much that little of it is near.
 constexpr int pole_margin = 32;
 /// Pixels of a block's own along a side, at most.
@@ -48,7 +51,7 @@ public:
     explicit Blocks(const FrameInfo& info)
         : width(picture_width(info)), height(picture_height(info)), closes(columns_close(info.camera) && !info.patches),
           meets_poles(closes && rows_meet_poles(std::get<EquirectCamera>(info.camera))),
-          across(width, widest, closes ? margin : 0),
+          across(width, widest, closes ? seam_margin : 0),
           down(height, highest, meets_poles ? std::min(pole_margin, height) : 0) {}
 
     int count() const { return across.count * down.count; }
