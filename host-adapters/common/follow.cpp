@@ -24,6 +24,7 @@ constexpr std::uint32_t max_samples = 1 << 20;
 struct Order {
     std::int64_t frame = 0;
     std::uint32_t spp = 1;
+    std::uint32_t base_spp = 1;      ///< of the sphere around a window; of one without, `spp`
     std::optional<Pose> head;        ///< nothing: where the path has it
     std::optional<glm::dvec3> gaze;  ///< a unit direction; nothing: straight ahead
 };
@@ -48,6 +49,10 @@ std::optional<glm::dvec3> gaze_in(const json& order) {
     return gaze / length;
 }
 
+bool is_sample_count(std::int64_t spp) {
+    return spp >= 1 && spp <= max_samples;
+}
+
 /// What a pose may be is checked where the frame begins.
 Order parse_order(const std::string& line, std::int64_t after) {
     Order order;
@@ -55,8 +60,11 @@ Order parse_order(const std::string& line, std::int64_t after) {
         const json parsed = json::parse(line);
         order.frame = parsed.at("frame").get<std::int64_t>();
         const auto spp = parsed.at("spp").get<std::int64_t>();
-        if (order.frame > after && order.frame <= max_frame_index && spp >= 1 && spp <= max_samples) {
+        const auto base_spp = parsed.value("base_spp", spp);
+        if (order.frame > after && order.frame <= max_frame_index && is_sample_count(spp) &&
+            is_sample_count(base_spp)) {
             order.spp = static_cast<std::uint32_t>(spp);
+            order.base_spp = static_cast<std::uint32_t>(base_spp);
             order.head = pose_in(parsed);
             order.gaze = gaze_in(parsed);
             return order;
@@ -94,27 +102,34 @@ public:
 
 private:
     bool accumulates() const { return job_.options.accumulate > 0; }
+    /// A window that moves does not.
+    bool window_accumulates() const { return accumulates() && !job_.options.window->follows_gaze; }
 
     /// A sequence of independent frames has one number of samples: each number gets its own.
-    std::filesystem::path folder(std::uint32_t spp) const {
-        return accumulates() ? job_.options.out : job_.options.out / ("spp-" + std::to_string(spp));
+    template <typename Open>
+    const Stream& stream_of(std::map<std::uint32_t, Stream>& streams, std::uint32_t spp, bool independent, Open open) {
+        const std::uint32_t key = independent ? spp : 0;
+        if (const auto found = streams.find(key); found != streams.end())
+            return found->second;
+        RenderOptions options = job_.options;
+        options.spp = spp;
+        if (independent)
+            options.out /= "spp-" + std::to_string(spp);
+        const StreamOpener opener(options, job_.scene, job_.timeline.path, job_.record);
+        return streams.emplace(key, open(opener)).first->second;
     }
-
-    const std::vector<Stream>& streams_of(std::uint32_t spp) {
-        std::vector<Stream>& streams = streams_[accumulates() ? 0 : spp];
-        if (streams.empty()) {
-            RenderOptions options = job_.options;
-            options.spp = spp;
-            options.out = folder(spp);
-            streams = open_streams(options, job_.scene, job_.timeline.path, job_.record);
-        }
-        return streams;
+    const Stream& window_of(std::uint32_t spp) {
+        return stream_of(windows_, spp, !window_accumulates(),
+                         [](const StreamOpener& opener) { return opener.window(); });
+    }
+    const Stream& sphere_of(std::uint32_t spp) {
+        return stream_of(spheres_, spp, !accumulates(),
+                         [this](const StreamOpener& opener) { return opener.sphere(job_.options.eyes.front()); });
     }
 
     FrameTask task_of(const Order& order, double time_s) {
         FrameTask task;
         task.index = order.frame;
-        task.spp = order.spp;
         task.head = order.head.value_or(job_.timeline.path.at(time_s));
         task.head_previous = last_ ? last_->head : task.head;
         task.head_next = task.head;
@@ -129,31 +144,45 @@ private:
         const double time_s = job_.timeline.time_s(order.frame);
         FrameTask task = task_of(order, time_s);
         host_.move_to({order.frame, last_ ? job_.timeline.time_s(last_->frame) : time_s, time_s, time_s});
-        json made{{"frame", order.frame}};
-        double render_s = 0, write_s = 0;
-        const std::vector<Stream>& streams = streams_of(order.spp);
-        const WindowPlace place = window_ ? window_->at(task.head, order.gaze) : WindowPlace{};
-        for (const Stream& stream : streams) {  // a window before its base
-            const auto start = Clock::now();
-            task.stream = &stream.settings;
-            task.window_place = stream.settings.window ? place : WindowPlace{};
-            FramePointer frame =
-                begin_frame(stream, task, {time_s, {}, stream.settings.is_base ? &streams.front() : nullptr});
-            task.frame = frame.get();
-            host_.render(task);
-            if (stop_)
+        Answer made{{{"frame", order.frame}}};
+        const Stream* window = nullptr;
+        if (window_) {  // before its base
+            window = &window_of(order.spp);
+            task.spp = order.spp;
+            task.window_place = window_->at(task.head, order.gaze);
+            if (!make(*window, {time_s}, task, made))
                 return false;
-            render_s += seconds_since(start);
-            const auto writing = Clock::now();
-            end_frame(std::move(frame));
-            write_s += seconds_since(writing);
-            made[stream.settings.window ? "window" : "file"] =
-                (folder(order.spp) / stream.settings.name / frame_file_name(order.frame)).string();
+            task.window_place = {};
         }
+        task.spp = window ? order.base_spp : order.spp;
+        if (!make(sphere_of(task.spp), {time_s, {}, window}, task, made))
+            return false;
         last_ = Last{order.frame, task.head};
-        made["render_s"] = render_s;
-        made["write_s"] = write_s;
-        answer(made);
+        made.line["render_s"] = made.render_s;
+        made.line["write_s"] = made.write_s;
+        answer(made.line);
+        return true;
+    }
+
+    struct Answer {
+        json line;
+        double render_s = 0, write_s = 0;
+    };
+
+    /// One picture; false as above.
+    bool make(const Stream& stream, const FrameContents& contents, FrameTask& task, Answer& made) {
+        const auto start = Clock::now();
+        task.stream = &stream.settings;
+        FramePointer frame = begin_frame(stream, task, contents);
+        task.frame = frame.get();
+        host_.render(task);
+        if (stop_)
+            return false;
+        made.render_s += seconds_since(start);
+        const auto writing = Clock::now();
+        end_frame(std::move(frame));
+        made.write_s += seconds_since(writing);
+        made.line[stream.settings.window ? "window" : "file"] = (stream.folder / frame_file_name(task.index)).string();
         return true;
     }
 
@@ -161,7 +190,7 @@ private:
     RenderHost& host_;
     LineInput input_;
     std::atomic<bool> stop_ = false;
-    std::map<std::uint32_t, std::vector<Stream>> streams_;
+    std::map<std::uint32_t, Stream> windows_, spheres_;  ///< by their samples; 0: those that are accumulated
     struct Last {
         std::int64_t frame;
         Pose head;

@@ -96,10 +96,7 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
                                             size_text(o.size.width, o.size.height) + ", up to " +
                                             std::to_string(max_image_side) + " columns of a sphere",
                                         std::to_string(columns)));
-    const WindowOptions window = parse_window(typed.window, columns);
-    if (window.follows_gaze && o.accumulate > 0)
-        throw InputError(expected_found("--accumulate", "a window that stays, AZ,EL,WxH", "--window " + typed.window));
-    return window;
+    return parse_window(typed.window, columns);
 }
 
 es_eye parse_eye(const std::string& text) {
@@ -153,6 +150,9 @@ RenderOptions checked(const Typed& typed) {
                      o.layers    ? "--layers"
                      : o.patches ? "--patches"
                                  : "--small");
+    if (o.accumulate > 0 && o.window && o.window->follows_gaze)
+        std::fprintf(stderr, "equistream render: note: --accumulate is for the sphere around a window that follows the "
+                             "gaze; the window stays as rendered\n");
     o.fov_rad = typed.fov_deg * pi / 180;
     if (!typed.range.empty())
         o.range = parse_range(typed.range);

@@ -43,7 +43,7 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     }
     std::vector<Stream> streams;
     if (host.wants_frames())
-        streams = open_streams(options, scene, timeline.path, {host.record(), host.tile_side(), command});
+        streams = StreamOpener(options, scene, timeline.path, {host.record(), host.tile_side(), command}).all();
     host.begin();
     if (host.wants_frames()) {
         std::signal(SIGINT, note_interrupt);

@@ -63,12 +63,42 @@ std::string window_text(const WindowOptions& window) {
 /// What the plugin needs of a host to accumulate, beside what the user wants.
 constexpr const char* aovs_to_accumulate = "depth,motion,normal,ids,specular,virtual";
 
+/// What only frames that are accumulated have is left out.
+std::string aovs_of_one_frame(const std::string& aovs) {
+    std::string kept;
+    for (const std::string_view name : split_at_commas(aovs))
+        if (name != "samples" && name != "variance")
+            kept.append(kept.empty() ? "" : ",").append(name);
+    return kept.empty() ? "none" : kept;
+}
+
 /// Of a base: small tiles, so that most of what the window shows is whole tiles.
 constexpr int base_tile_side = 16;
 
-Stream open_stream(es_sequence_settings settings, const std::filesystem::path& out, StreamSettings stream) {
-    const std::string folder = (out / stream.name).string();
+}  // namespace
+
+bool StreamSettings::wants_guides() const {
+    const std::vector<std::string> planes = parse_aov_groups(aovs);
+    return denoised || std::ranges::find(planes, "guide_albedo") != planes.end();
+}
+
+StreamOpener::StreamOpener(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
+                           const RenderRecord& record)
+    : options_(options), scene_(scene), record_(record),
+      fingerprint_(scene.fingerprint + " path " + path_fingerprint(path) + record.host.settings) {}
+
+Stream StreamOpener::open(StreamSettings stream, std::uint32_t accumulated) const {
+    es_sequence_settings settings = common_settings(options_, scene_);
+    const std::string fingerprint =
+        fingerprint_ + (options_.window && (stream.window || stream.is_base) ? window_text(*options_.window) : "");
+    const std::string folder = (options_.out / stream.name).string();
     stream.denoised = settings.denoise != ES_DENOISE_OFF;
+    if (stream.tile_side == 0)
+        stream.tile_side = record_.tile_side;
+    settings.host_name = record_.host.name.c_str();
+    settings.fingerprint = fingerprint.c_str();
+    settings.command = record_.command.c_str();
+    settings.accumulate_frames = accumulated;
     settings.output_dir = folder.c_str();
     settings.eye = stream.eye;
     settings.width = stream.size.width;
@@ -90,57 +120,49 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
     es_error error{};
     es_sequence* sequence = nullptr;
     check(es_sequence_open(&settings, &sequence, &error), error);
-    if (settings.accumulate_frames > 0)
+    if (accumulated > 0)
         stream.aovs = (stream.aovs == "none" ? "" : stream.aovs + ",") + aovs_to_accumulate;
-    return {std::move(stream), SequencePointer(sequence)};
+    return {std::move(stream), SequencePointer(sequence), folder};
 }
 
-}  // namespace
-
-bool StreamSettings::wants_guides() const {
-    const std::vector<std::string> planes = parse_aov_groups(aovs);
-    return denoised || std::ranges::find(planes, "guide_albedo") != planes.end();
+/// Where it follows the gaze, its pixels are others from frame to frame: nothing is carried on.
+Stream StreamOpener::window() const {
+    const WindowOptions& window = *options_.window;
+    const std::uint32_t accumulated = window.follows_gaze ? 0 : options_.accumulate;
+    StreamSettings stream{"window",
+                          options_.eyes.front(),
+                          {window.grid.width, window.grid.height},
+                          accumulated > 0 ? options_.aovs : aovs_of_one_frame(options_.aovs),
+                          options_.spp};
+    stream.window = window.grid;
+    return open(std::move(stream), accumulated);
 }
 
-std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
-                                 const RenderRecord& record) {
-    const std::string fingerprint = scene.fingerprint + " path " + path_fingerprint(path) + record.host.settings;
-    es_sequence_settings settings = common_settings(options, scene);
-    settings.host_name = record.host.name.c_str();
-    const std::string with_window = fingerprint + (options.window ? window_text(*options.window) : "");
-    settings.fingerprint = with_window.c_str();
-    settings.command = record.command.c_str();
+Stream StreamOpener::sphere(es_eye eye) const {
+    StreamSettings stream{eye_name(eye), eye, options_.size, options_.aovs, options_.spp};
+    stream.is_base = options_.window.has_value();
+    if (stream.is_base && record_.tile_side == 0)
+        stream.tile_side = base_tile_side;
+    return open(std::move(stream), options_.accumulate);
+}
+
+std::vector<Stream> StreamOpener::all() const {
     std::vector<Stream> streams;
-    const auto open = [&](StreamSettings stream) {
-        if (stream.tile_side == 0)
-            stream.tile_side = record.tile_side;
-        streams.push_back(open_stream(settings, options.out, std::move(stream)));
-    };
-    settings.accumulate_frames = options.accumulate;
-    if (options.window) {
-        const WindowGrid& grid = options.window->grid;
-        StreamSettings window{"window", options.eyes.front(), {grid.width, grid.height}, options.aovs, options.spp};
-        window.window = grid;
-        open(std::move(window));
-    }
-    for (const es_eye eye : options.eyes) {
-        StreamSettings sphere{eye_name(eye), eye, options.size, options.aovs, options.spp};
-        sphere.is_base = options.window.has_value();
-        if (sphere.is_base && record.tile_side == 0)
-            sphere.tile_side = base_tile_side;
-        open(std::move(sphere));
-    }
-    settings.accumulate_frames = 0;
-    settings.fingerprint = fingerprint.c_str();
-    if (options.layers)
-        open({"hidden", options.eyes.front(), options.size, "depth", options.spp, ES_LAYER_HIDDEN});
-    if (options.patches)
-        open({"patches", options.eyes.front(), options.size, "depth", options.spp, ES_LAYER_FIRST,
-              empty_atlas(patch_settings(options, scene.head_radius_m))});
-    if (options.small_eye) {
-        const cli::Size quarter{options.size.width / 4, options.size.height / 4};
-        open({"small", *options.small_eye, quarter, "none", options.spp});
-    }
+    if (options_.window)
+        streams.push_back(window());
+    for (const es_eye eye : options_.eyes)
+        streams.push_back(sphere(eye));
+    const es_eye eye = options_.eyes.front();
+    if (options_.layers)
+        streams.push_back(open({"hidden", eye, options_.size, "depth", options_.spp, ES_LAYER_HIDDEN}, 0));
+    if (options_.patches)
+        streams.push_back(open({"patches", eye, options_.size, "depth", options_.spp, ES_LAYER_FIRST,
+                                empty_atlas(patch_settings(options_, scene_.head_radius_m))},
+                               0));
+    if (options_.small_eye)
+        streams.push_back(open(
+            {"small", *options_.small_eye, {options_.size.width / 4, options_.size.height / 4}, "none", options_.spp},
+            0));
     return streams;
 }
 

@@ -22,6 +22,7 @@ using FramePointer = std::unique_ptr<es_frame, DiscardFrame>;
 struct Stream {
     StreamSettings settings;
     SequencePointer sequence;
+    std::filesystem::path folder;  ///< of its frames
 };
 
 /// Who renders, and what was typed.
@@ -31,9 +32,26 @@ struct RenderRecord {
     std::string command;
 };
 
-/// Opens (or resumes) all streams. Throws InputError or WorkError with the plugin's words.
-std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
-                                 const RenderRecord& record);
+/// Opens (or resumes) what a render writes. Each throws InputError or WorkError with the plugin's words.
+class StreamOpener {
+public:
+    /// All but the path is borrowed.
+    StreamOpener(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
+                 const RenderRecord& record);
+
+    Stream window() const;  ///< `options` have one
+    /// Of one eye; the base, where there is a window.
+    Stream sphere(es_eye eye) const;
+    std::vector<Stream> all() const;
+
+private:
+    Stream open(StreamSettings stream, std::uint32_t accumulated) const;
+
+    const RenderOptions& options_;
+    const SceneDescription& scene_;
+    const RenderRecord& record_;
+    std::string fingerprint_;
+};
 
 struct FrameContents {
     double time_s = 0;

@@ -219,6 +219,8 @@ void RenderChild::hear_nonsense(const asio::error_code& error) {
 
 void RenderChild::order(const FrameOrder& order) {
     nlohmann::json line = {{"frame", order.frame}, {"spp", order.spp}};
+    if (order.base_spp)
+        line["base_spp"] = *order.base_spp;
     if (order.head) {
         const glm::dvec3& p = order.head->position_m;
         const glm::dquat& q = order.head->orientation;

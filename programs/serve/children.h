@@ -25,8 +25,9 @@ bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<
 struct FrameOrder {
     std::int64_t frame = 0;
     std::uint32_t spp = 1;
-    std::optional<Pose> head;        ///< nothing: where the scene's path has it
-    std::optional<glm::dvec3> gaze;  ///< around which a window lies, in the world; nothing: straight ahead
+    std::optional<std::uint32_t> base_spp;  ///< of the sphere around a window; nothing: `spp`
+    std::optional<Pose> head;               ///< nothing: where the scene's path has it
+    std::optional<glm::dvec3> gaze;         ///< around which a window lies, in the world; nothing: straight ahead
 };
 
 struct RenderedFrame {

@@ -1,7 +1,6 @@
 #include "live.h"
 
 #include "children.h"
-#include "pace.h"
 #include "programmes.h"
 
 #include <equistream/denoise_quality.h>
@@ -40,7 +39,7 @@ public:
     Live(asio::io_context& io, asio::signal_set& stop, asio::ip::tcp::acceptor acceptor, const LiveSettings& settings)
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
           server_(std::move(acceptor), stream_, settings.server), encoder_(settings.coding),
-          pace_(settings.max_spp, settings.spheres_per_s), timer_(io),
+          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), timer_(io),
           child_(io, settings.program, settings.arguments,
                  {[this](double rate) { start(rate); }, [this](const RenderedFrame& frame) { take(frame); },
                   [this](std::exception_ptr problem) { end(problem); }}) {}
@@ -111,15 +110,17 @@ private:
         ordered_ = now;
         is_rendering_ = true;
         // A window lies where eyes will look once it is on its way.
-        child_.order({frame, pace_.spp(), stream_.steering(last_age_s_), stream_.gaze(last_age_s_)});
+        const Samples samples = pace_.samples();
+        child_.order(
+            {frame, samples.looked_at, samples.base, stream_.steering(last_age_s_), stream_.gaze(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {
         is_rendering_ = false;
         figures_.render_s += frame.render_s;
         figures_.write_s += frame.write_s;
-        const std::uint32_t spp = pace_.spp();
-        tell(pace_.took(seconds_since(ordered_)), spp, seconds_since(ordered_));
+        const Samples samples = pace_.samples();
+        tell(pace_.took(seconds_since(ordered_)), samples, seconds_since(ordered_));
         ++coding_;
         asio::post(worker_, [this, frame, begin_group = stream_.take_joined(), ordered = ordered_] {
             encode(frame, begin_group, ordered);
@@ -152,16 +153,17 @@ private:
         server_.wake();
         if (seconds_since(noted_) >= note_interval_s && intervals_ > 0) {
             noted_ = Clock::now();
-            note(formatted("%.2f spheres/s with %u samples a pixel", double(intervals_) / busy_s_, pace_.spp()));
+            note(formatted("%.2f spheres/s with %s", double(intervals_) / busy_s_,
+                           samples_text(pace_.samples()).c_str()));
         }
         look();
     }
 
-    void tell(Pace::Change change, std::uint32_t spp_before, double sphere_s) const {
+    void tell(Pace::Change change, const Samples& before, double sphere_s) const {
         const std::string rate = formatted("--rate %g", settings_.spheres_per_s);
         if (change == Pace::Change::fewer)
-            note(formatted("a sphere takes %.2f s with %u samples a pixel: %u from here on, for %s", sphere_s,
-                           spp_before, pace_.spp(), rate.c_str()));
+            note(formatted("a sphere takes %.2f s with %s: from here on %s, for %s", sphere_s,
+                           samples_text(before).c_str(), samples_text(pace_.samples()).c_str(), rate.c_str()));
         else if (change == Pace::Change::cannot_keep_up)
             note(
                 formatted("a sphere takes %.2f s even with 1 sample a pixel, too long for %s", sphere_s, rate.c_str()));
@@ -215,7 +217,7 @@ private:
         for (double* sum : {&sums.render_s, &sums.write_s, &sums.encode_s, &sums.age_s})
             *sum /= count;
         sums.spheres_per_s = busy_s_ > 0 ? double(intervals_) / busy_s_ : 0;
-        sums.spp = pace_.spp();
+        sums.samples = pace_.samples();
         sums.poses = stream_.poses_heard();
         sums.server = server_.figures();
         return sums;
@@ -307,8 +309,7 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     coding.crf = settings.coding.crf;
     coding.preset = settings.coding.preset;
     check_coding(coding, "--");
-    cli::require(options.window.empty() || options.accumulate == 0, "--accumulate", "0 with --window, which moves",
-                 std::to_string(options.accumulate));
+    settings.has_window = !options.window.empty();
     settings.program = cli::host_program(options.host, cli::own_folder()).string();
     settings.arguments = {scene,        "--follow",   "--out",     (folder / "frames").string(),
                           "--size",     options.size, "--aovs",    settings.coding.depth ? "depth" : "none",

@@ -1,6 +1,7 @@
 #pragma once
 /// A scene rendered while it is watched: a renderer as a child, an encoder in a thread, a stream for all viewers.
 #include "live_encoder.h"
+#include "pace.h"
 #include "server.h"
 
 #include <programs/cli/program.h>
@@ -20,6 +21,7 @@ struct LiveSettings {
     std::vector<std::string> arguments;  ///< of it, --follow among them
     std::uint32_t max_spp = 16;
     double spheres_per_s = 2;  ///< to be kept up with fewer samples, where need be
+    bool has_window = false;
     LiveCoding coding;
     ServerSettings server;
 };
@@ -28,7 +30,7 @@ struct LiveSettings {
 struct LiveFigures {
     std::int64_t spheres = 0;
     double spheres_per_s = 0;
-    std::uint32_t spp = 0;  ///< at the end
+    Samples samples;  ///< at the end
     double render_s = 0, write_s = 0, encode_s = 0;
     double age_s = 0;  ///< from when a sphere's place was taken to when its bytes could be sent
     std::int64_t poses = 0;

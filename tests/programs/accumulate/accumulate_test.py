@@ -77,17 +77,31 @@ class Accumulate(unittest.TestCase):
         off = np.mean((shown(planes) - truths[0])[~ball] ** 2) / np.mean((truths[1] - truths[0])[~ball] ** 2)
         self.assertLess(10 * np.log10(off), 0.6)
 
-    def test_orders(self):
-        orders = [{"frame": frame, "spp": spp, "position_m": [x, *STILL[1:]], "orientation_wxyz": [1, 0, 0, 0]} for frame, spp, x in ((0, 2, 0), (3, 4, 0), (4, 1, 0), (8, 2, 0.05))]
-        words = ["render", self.scene, *SIZE, "--follow", "--accumulate", "32", "--aovs", "motion,samples", "--out", self.root / "follow"]
+    def ordered(self, out, orders, *words):
+        """The answers."""
+        words = ["render", self.scene, *SIZE, "--follow", "--accumulate", "32", *words, "--out", self.root / out]
         with subprocess.Popen([BIN / "equistream", *map(str, words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as renderer:
             renderer.stdout.readline()
-            files = []
+            answers = []
             for order in orders:
                 renderer.stdin.write(json.dumps(order) + "\n")
                 renderer.stdin.flush()
-                files.append(json.loads(renderer.stdout.readline())["file"])
+                answers.append(json.loads(renderer.stdout.readline()))
             renderer.stdin.close()
+        return answers
+
+    def test_orders_of_a_window(self):
+        pose = {"position_m": list(STILL), "orientation_wxyz": [1, 0, 0, 0]}
+        orders = [{"frame": frame, "spp": spp, "base_spp": base_spp, **pose} for frame, spp, base_spp in ((0, 2, 1), (1, 4, 1), (2, 4, 2))]
+        answers = self.ordered("window", orders, "--window", "gaze,90x60", "--aovs", "samples")
+        for answer, spp, expected in zip(answers, (2, 4, 4), (1, 2, 4)):
+            self.assertIn(f"spp-{spp}/window/", answer["window"])
+            self.assertNotIn("samples", planes_of(answer["window"]))
+            self.assertAlmostEqual(float(np.median(planes_of(answer["file"])["samples"])), expected, delta=0.25 * expected)
+
+    def test_orders(self):
+        orders = [{"frame": frame, "spp": spp, "position_m": [x, *STILL[1:]], "orientation_wxyz": [1, 0, 0, 0]} for frame, spp, x in ((0, 2, 0), (3, 4, 0), (4, 1, 0), (8, 2, 0.05))]
+        files = [answer["file"] for answer in self.ordered("follow", orders, "--aovs", "motion,samples")]
         samples, motion = zip(*((planes["samples"], np.hypot(planes["backward.u"], planes["backward.v"])) for planes in map(planes_of, files)))
         for index, expected in enumerate((2, 6, 7, 9)):
             self.assertAlmostEqual(float(np.median(samples[index])), expected, delta=0.25 * expected, msg=index)

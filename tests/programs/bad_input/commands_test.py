@@ -291,7 +291,6 @@ class Windows(Commands):
             ([*gaze, "--range", "180,90"], whole + "--range; leave one of the two out"),
             ([*gaze, "--layers"], whole + "--layers; leave one of the two out"),
             ([*gaze, "--patches"], whole + "--patches; leave one of the two out"),
-            ([*gaze, "--accumulate", 4], "--accumulate: expected a window that stays, AZ,EL,WxH, found --window gaze,60x45"),
             (["--samples", "angle", "--camera", "perspective"], "--samples angle: expected spheres of independent frames, found --camera perspective"),
             (["--samples", "angle", "--accumulate", 4], "--samples angle: expected spheres of independent frames, found --accumulate"),
         ]:

@@ -178,6 +178,18 @@ class Embree(Live):
         for first, last in windows:
             self.assertGreaterEqual(last - first, math.radians(90) - 1e-9)
 
+    def test_samples_go_to_the_window_before_its_base(self):
+        server = self.serve("--window", "90x60", "--density", 512, "--rate", 0.02, "--accumulate", 32, "--json", spp=2)
+        viewer = Viewer(server)
+        viewer.wait_for_more(10)
+        status, printed = server.end()
+        viewer.wait_for_end()
+        self.assertEqual(status, 0)
+        tracks = self.received(viewer).tracks
+        window, base = ([frame["samples_per_pixel"] for frame in tracks[name]["frames"]][:7] for name in ("window", "main"))
+        self.assertEqual((window, base), ([1, 1, 2, 2, 2, 2, 2], [1, 1, 1, 1, 2, 2, 2]))
+        self.assertEqual([json.loads(printed)["live"][name] for name in ("spp", "base_spp")], [2, 2])
+
     def test_a_window_lies_between_viewers_who_look_nearly_alike(self):
         server = self.serve("--window", "90x60", "--density", 1024)
         viewers = [Viewer(server) for _ in range(3)]

@@ -9,6 +9,7 @@
 #include <array>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::serve {
@@ -98,14 +99,14 @@ namespace {
 std::vector<std::uint32_t> run(Pace& pace, int spheres, double fixed_s, double sample_s) {
     std::vector<std::uint32_t> samples;
     for (int i = 0; i < spheres; ++i) {
-        samples.push_back(pace.spp());
-        pace.took(fixed_s + sample_s * pace.spp());
+        samples.push_back(pace.samples().looked_at);
+        pace.took(fixed_s + sample_s * pace.samples().looked_at);
     }
     return samples;
 }
 
 TEST(Pace, RisesWhileThereIsTimeAndNoHigherThanTold) {
-    Pace pace(12, 2);
+    Pace pace(12, 2, false);
     const auto samples = run(pace, 20, 0.01, 0.001);
     EXPECT_EQ(samples.front(), 1u);
     EXPECT_TRUE(std::ranges::is_sorted(samples));
@@ -114,35 +115,56 @@ TEST(Pace, RisesWhileThereIsTimeAndNoHigherThanTold) {
 }
 
 TEST(Pace, StaysWhereTheRateIsKept) {
-    Pace pace(64, 2);
+    Pace pace(64, 2, false);
     const auto samples = run(pace, 400, 0.05, 0.07);
     EXPECT_EQ(samples.back(), 4u);  // 0.33 s of 0.5 s; eight take 0.61 s
     EXPECT_LE(std::ranges::max(samples), 4u);
 }
 
 TEST(Pace, HalvesAfterTwoSlowOnesAndIsSlowToTryAgain) {
-    Pace pace(16, 2);
+    Pace pace(16, 2, false);
     run(pace, 20, 0.01, 0.001);
-    EXPECT_EQ(pace.spp(), 16u);
+    EXPECT_EQ(pace.samples().looked_at, 16u);
     EXPECT_EQ(pace.took(0.6), Pace::Change::none);
     EXPECT_EQ(pace.took(0.1), Pace::Change::none);  // that was somebody else's doing
     EXPECT_EQ(pace.took(0.6), Pace::Change::none);
     EXPECT_EQ(pace.took(0.6), Pace::Change::fewer);
-    EXPECT_EQ(pace.spp(), 8u);
+    EXPECT_EQ(pace.samples().looked_at, 8u);
     for (int i = 0; i < 7; ++i)
         pace.took(0.1);
-    EXPECT_EQ(pace.spp(), 8u);
+    EXPECT_EQ(pace.samples().looked_at, 8u);
     pace.took(0.1);
-    EXPECT_EQ(pace.spp(), 16u);
+    EXPECT_EQ(pace.samples().looked_at, 16u);
+}
+
+std::vector<std::pair<std::uint32_t, std::uint32_t>> run_window(Pace& pace, int spheres, double sphere_s) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> samples;
+    for (int i = 0; i < spheres; ++i) {
+        const Samples now = pace.samples();
+        if (samples.empty() || samples.back() != std::pair(now.looked_at, *now.base))
+            samples.emplace_back(now.looked_at, *now.base);
+        pace.took(sphere_s);
+    }
+    return samples;
+}
+
+TEST(Pace, SamplesGoToTheWindowFirstAndLeaveTheBaseFirst) {
+    Pace pace(4, 2, true);
+    using Steps = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+    EXPECT_EQ(run_window(pace, 20, 0.01), (Steps{{1, 1}, {2, 1}, {4, 1}, {4, 2}, {4, 4}}));
+    EXPECT_EQ(run_window(pace, 20, 0.9), (Steps{{4, 4}, {4, 2}, {4, 1}, {2, 1}, {1, 1}}));
+    EXPECT_EQ(run_window(pace, 40, 0.01).back(), std::pair(4u, 4u));  // one slow spell counts once
+    EXPECT_EQ(samples_text(Pace(4, 2, true).samples()), "1 sample a pixel in the window, 1 around it");
+    EXPECT_FALSE(Pace(4, 2, false).samples().base);
 }
 
 TEST(Pace, SaysOnceThatOneSampleIsTooSlow) {
-    Pace pace(16, 2);
+    Pace pace(16, 2, false);
     int said = 0;
     for (int i = 0; i < 50; ++i)
         said += pace.took(0.9) == Pace::Change::cannot_keep_up ? 1 : 0;
     EXPECT_EQ(said, 1);
-    EXPECT_EQ(pace.spp(), 1u);
+    EXPECT_EQ(pace.samples().looked_at, 1u);
 }
 
 }  // namespace
