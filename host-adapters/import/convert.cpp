@@ -111,21 +111,29 @@ private:
         const FloatImage u = channel(0), v = channel(1);
         const double scale = m.unit == MotionUnit::ndc ? 0.5 : 1;
         const double sign = m.ends == MotionEnds::from_previous || m.ends == MotionEnds::from_next ? -1 : 1;
-        const double u_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * width()) *
+        const int columns = conversion_.sphere_columns.value_or(width());
+        const int rows = conversion_.sphere_columns ? columns / 2 : height();
+        const double u_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * columns) *
                                (conventions_.mirrored && is_sphere() ? -1 : 1);
-        const double v_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * height()) * (m.y_up ? -1 : 1);
-        const auto* sphere = std::get_if<EquirectCamera>(&conversion_.camera);
+        const double v_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * rows) * (m.y_up ? -1 : 1);
         const auto& neighbour = mapped_->plane == "backward" ? conversion_.previous : conversion_.next;
         const auto depth = frame.planes.find("depth");
         return filled(2, [&](int x, int y, float* out) {
             double du = u_scale * double(*u.pixel(x, y));
             const double dv = v_scale * double(*v.pixel(x, y));
-            if (sphere != nullptr)
-                du = shortest_column_difference(du, sphere->width, sphere->range);
+            du = shortest(du);
             out[0] = float(du), out[1] = float(dv);
             if (neighbour && depth != frame.planes.end() && std::isinf(*depth->second.pixel(x, y)))
                 move_by_rotation(x, y, *neighbour, out);
         });
+    }
+
+    /// The way round the sphere.
+    double shortest(double columns) const {
+        if (conversion_.sphere_columns)
+            return shortest_column_difference(columns, *conversion_.sphere_columns, {});
+        const auto* sphere = std::get_if<EquirectCamera>(&conversion_.camera);
+        return sphere != nullptr ? shortest_column_difference(columns, sphere->width, sphere->range) : columns;
     }
 
     /// A miss is infinitely far away; what a renderer writes there differs.
@@ -133,12 +141,10 @@ private:
         const Pose there = sphere_pose(conversion_, neighbour);
         const glm::dvec3 d = direction_of(conversion_.camera, x + 0.5, y + 0.5);
         const glm::dvec2 p = pixel_of(conversion_.camera, glm::inverse(there.orientation) * (pose_.orientation * d));
-        glm::dvec2 difference = p - glm::dvec2(x + 0.5, y + 0.5);
+        const glm::dvec2 difference = p - glm::dvec2(x + 0.5, y + 0.5);
         if (!std::isfinite(difference.x))
             return;  // behind a perspective camera: what was written stays
-        if (const auto* sphere = std::get_if<EquirectCamera>(&conversion_.camera))
-            difference.x = shortest_column_difference(difference.x, sphere->width, sphere->range);
-        out[0] = float(difference.x), out[1] = float(difference.y);
+        out[0] = float(shortest(difference.x)), out[1] = float(difference.y);
     }
 
     FloatImage normals() const {
@@ -234,6 +240,46 @@ Frame convert_frame(const std::vector<const ForeignExr*>& files, const ChannelMa
     for (const MappedPlane& mapped : map.planes)  // the catalogue's order: depth comes before motion
         converter.convert(mapped, frame);
     return frame;
+}
+
+namespace {
+
+template <typename Sample>
+Image<Sample> part_of(const Image<Sample>& whole, const WindowGrid& grid, WindowPlace place) {
+    Image<Sample> part(grid.width, grid.height, whole.channels());
+    const std::size_t row = std::size_t(grid.width) * std::size_t(whole.channels());
+    for (int y = 0; y < grid.height; ++y)
+        std::copy_n(whole.pixel(place.x, place.y + y), row, part.pixel(0, y));
+    return part;
+}
+
+}  // namespace
+
+std::optional<std::pair<WindowGrid, WindowPlace>> window_of(const std::vector<const ForeignExr*>& files,
+                                                            bool mirrored) {
+    int left = 0, top = 0, right = files.front()->width(), bottom = files.front()->height();
+    for (const ForeignExr* file : files) {
+        const ForeignExr::Rectangle pixels = file->pixels();
+        const int x = mirrored ? file->width() - pixels.x - pixels.width : pixels.x;
+        left = std::max(left, x), right = std::min(right, x + pixels.width);
+        top = std::max(top, pixels.y), bottom = std::min(bottom, pixels.y + pixels.height);
+    }
+    const auto up = [](int pixel) { return (pixel + window_block_px - 1) / window_block_px * window_block_px; };
+    const auto down = [](int pixel) { return pixel / window_block_px * window_block_px; };
+    const WindowPlace place{up(left), up(top)};
+    const WindowGrid grid{files.front()->width(), files.front()->height(), down(right) - place.x,
+                          down(bottom) - place.y};
+    if (grid.width <= 0 || grid.height <= 0)
+        return std::nullopt;
+    return std::pair(grid, place);
+}
+
+void cut_out(const WindowGrid& grid, WindowPlace place, Frame& frame) {
+    for (auto& [name, plane] : frame.planes)
+        plane = part_of(plane, grid, place);
+    for (auto& [name, plane] : frame.ids)
+        plane = part_of(plane, grid, place);
+    frame.info.camera = window_camera(grid, place);
 }
 
 Chromaticities named_chromaticities(const std::string& name) {

@@ -4,11 +4,13 @@
 #include "source_conventions.h"
 
 #include <equistream/frame.h>
+#include <equistream/window.h>
 
 #include <glm/glm.hpp>
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::files {
@@ -34,6 +36,8 @@ struct Conversion {
     std::optional<Pose> previous, next;  ///< the same of the neighbours, where they are known: misses move by them
     glm::dmat3 colour_to_rec709{1};
     bool pose_is_known = false;  ///< else normals in world space stay as they face
+    /// Columns of the sphere that the picture is a part of, which has half as many rows; nothing: it is the whole.
+    std::optional<int> sphere_columns{};
 };
 
 /// The pose that the frame gets: a sphere whose middle is not where the camera looks is turned instead of resampled.
@@ -43,5 +47,11 @@ Pose sphere_pose(const Conversion& conversion, const Pose& camera_pose);
 /// InputError naming file, plane and pixel. `notes` gets a line for what was put right.
 Frame convert_frame(const std::vector<const ForeignExr*>& files, const ChannelMap& map, const Conversion& conversion,
                     const FrameInfo& info, std::vector<std::string>& notes);
+
+/// The window on which all files of a frame have pixels: whole blocks of the sphere that their display window is, and
+/// where these are once a `mirrored` sphere was flipped. Nothing where there are none.
+std::optional<std::pair<WindowGrid, WindowPlace>> window_of(const std::vector<const ForeignExr*>& files, bool mirrored);
+/// A frame of a whole sphere becomes one of its window.
+void cut_out(const WindowGrid& grid, WindowPlace place, Frame& frame);
 
 }  // namespace equistream::files

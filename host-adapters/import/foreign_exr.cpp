@@ -265,6 +265,18 @@ int ForeignExr::width() const {
 int ForeignExr::height() const {
     return int(state_->display.height);
 }
+ForeignExr::Rectangle ForeignExr::pixels() const {
+    std::int64_t left = 0, top = 0, right = state_->display.width, bottom = state_->display.height;
+    for (int part = 0; part < state_->input->parts(); ++part) {
+        const Box data = box_of(state_->header(part).dataWindow());
+        const Box window = box_of(state_->header(part).displayWindow());
+        left = std::max(left, data.x - window.x), right = std::min(right, data.x - window.x + data.width);
+        top = std::max(top, data.y - window.y), bottom = std::min(bottom, data.y - window.y + data.height);
+    }
+    if (left >= right || top >= bottom)
+        return {};
+    return {int(left), int(top), int(right - left), int(bottom - top)};
+}
 const std::vector<ForeignChannel>& ForeignExr::channels() const {
     return state_->channels;
 }

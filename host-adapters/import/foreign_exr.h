@@ -39,6 +39,11 @@ public:
     const std::filesystem::path& file() const;
     int width() const;  ///< of the display window, which is what cameras see
     int height() const;
+    /// Where all parts have pixels, within the display window: none where width or height is 0.
+    struct Rectangle {
+        int x = 0, y = 0, width = 0, height = 0;
+    };
+    Rectangle pixels() const;
     const std::vector<ForeignChannel>& channels() const;
     /// As written, or none.
     std::optional<double> frames_per_second() const;

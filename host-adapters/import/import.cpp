@@ -42,9 +42,13 @@ public:
         info.index = found.index;
         info.time_s = double(found.index) / plan_.frames_per_second;
         Conversion conversion{plan_.conventions, plan_.camera, {}, {}, {}, plan_.colour_to_rec709};
+        if (plan_.corner)
+            conversion.sphere_columns = plan_.window->columns;
         find_poses(files.front(), info, conversion);
         const std::size_t before = plan_.notes.size();
         Frame frame = convert_frame(borrowed, map, conversion, info, plan_.notes);
+        if (plan_.window && !plan_.corner)
+            cut_out(*plan_.window, place_in(borrowed), frame);
         if (denoiser_ != nullptr)
             denoiser_->denoise(frame);
         for (const MappedPlane& plane : map.planes)
@@ -59,14 +63,30 @@ private:
     /// Read for the denoiser alone.
     static bool is_guide(const MappedPlane& plane) { return find_aov(plane.plane)->group == "guides"; }
 
+    /// Its files may have changed since they were planned.
+    WindowPlace place_in(const std::vector<const ForeignExr*>& files) const {
+        const WindowGrid& grid = *plan_.window;
+        const auto found = window_of(files, plan_.conventions.mirrored);
+        if (!found || found->first.width < grid.width || found->first.height < grid.height)
+            throw InputError(
+                expected_found(files.front()->file().string(),
+                               size_text(grid.width, grid.height) + " pixels on whole blocks of 16, as every file has",
+                               found ? size_text(found->first.width, found->first.height) : "none"));
+        return found->second;
+    }
+
     SequenceSettings sequence() const {
         SequenceSettings sequence;
-        sequence.folder = settings_.out / eye_names[int(view_.eye)];
+        sequence.folder = settings_.out / (plan_.window ? "window" : eye_names[int(view_.eye)]);
         sequence.overwrite = settings_.overwrite;
         Manifest& manifest = sequence.manifest;
         manifest.shared = settings_.info;
         manifest.shared.eye = view_.eye;
         manifest.shared.camera = plan_.camera;
+        if (plan_.window) {
+            manifest.shared.camera = window_shape(*plan_.window);
+            manifest.shared.window_columns = plan_.window->columns;
+        }
         manifest.shared.frames_per_second = plan_.frames_per_second;
         manifest.shared.host = as_json_holds(
             quotable("imported" + (plan_.software.empty() ? "" : ", " + plan_.software), 200), max_name_bytes);

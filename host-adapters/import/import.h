@@ -62,6 +62,11 @@ struct ImportSettings {
     std::string command;
     bool overwrite = false;
     DenoiseQuality denoise = DenoiseQuality::off;
+    /// The pictures show a part of a sphere, for OUT/window (window.h). By itself: their data window of the sphere that
+    /// is their display window.
+    bool window = false;
+    int density = 0;       ///< above 0: they are the windows, of a sphere of so many columns
+    WindowPlace corner{};  ///< where their upper left pixel is on that sphere
 };
 
 struct Finding {
@@ -80,6 +85,8 @@ struct ImportPlan {
     std::int64_t first_in_source = 0, last_in_source = 0;
     SourceConventions conventions;
     Camera camera;
+    std::optional<WindowGrid> window;   ///< size of the windows: they are cut out of the pictures
+    std::optional<WindowPlace> corner;  ///< the pictures are the windows: where they are
     glm::dmat3 colour_to_rec709{1};
     double frames_per_second = 30;
     bool poses_in_attributes = false;
@@ -95,8 +102,8 @@ struct ImportPlan {
 /// Reads the first frame's headers; throws InputError for what cannot be imported.
 ImportPlan make_plan(const ImportSettings& settings);
 
-/// Writes OUT/centre, left or right. Frames that are there stay, unless `overwrite`. `done` is called after each frame
-/// of each view. Throws InputError before the first frame is written, WorkError afterwards.
+/// Writes OUT/centre, left, right or window. Frames that are there stay, unless `overwrite`. `done` is called after
+/// each frame of each view. Throws InputError before the first frame is written, WorkError afterwards.
 void run_import(const ImportSettings& settings, ImportPlan& plan,
                 const std::function<void(std::size_t, std::int64_t)>& done);
 

@@ -22,6 +22,7 @@ class Planner {
 public:
     Planner(const ImportSettings& settings, ImportPlan& plan) : settings_(settings), plan_(plan) {
         plan.files = find_files(settings.sources);
+        all_frames_ = plan.files.frames;
         keep_frames_asked_for();
         for (const auto& file : plan.files.frames.front().files)
             files_.emplace_back(file);
@@ -34,7 +35,12 @@ public:
                 std::to_string(plan_.files.frames.back().index),
             "such as " + first);
         choose_preset();
-        choose_camera();
+        if (settings_.density > 0)
+            place_window();
+        else
+            choose_camera();
+        if (settings_.window && settings_.density == 0)
+            choose_window();
         choose_depth_kind();
         choose_rate();
         choose_poses();
@@ -127,15 +133,71 @@ private:
             plan_.camera = EquirectCamera{width, height, settings_.range};
         else
             plan_.camera = PerspectiveCamera{width, height, *fov_rad};
-        const SourceConventions& c = plan_.conventions;
         std::string text = !sphere ? formatted("perspective, %g degrees", *fov_rad * 180 / pi)
                            : settings_.range.is_full_sphere() ? "equirect, the full sphere"
                                                               : "equirect, a part";
         if (sphere)
-            text += formatted(", looking at %g of its width", c.forward_at) + (c.mirrored ? " (after mirroring)" : "");
+            text += looking_text();
         say(size_text(width, height), text, why);
-        if (c.z_up)
-            say("the source's world", "+Z up, turned into +Y up", "conventions " + c.name);
+        say_up();
+    }
+
+    std::string looking_text() const {
+        const SourceConventions& c = plan_.conventions;
+        return formatted(", looking at %g of its width", c.forward_at) + (c.mirrored ? " (after mirroring)" : "");
+    }
+    void say_up() {
+        if (plan_.conventions.z_up)
+            say("the source's world", "+Z up, turned into +Y up", "conventions " + plan_.conventions.name);
+    }
+
+    /// Of pictures that are windows themselves. `--window` places them as they are written; on a mirrored sphere they
+    /// move to the other side.
+    void place_window() {
+        const int width = file().width(), height = file().height();
+        const WindowGrid grid{settings_.density, settings_.density / 2, width, height};
+        if (const auto problem = window_grid_problem(grid))
+            throw InputError(file().file().string() + ": --" + *problem);
+        if (const auto problem = window_place_problem(grid, settings_.corner))
+            throw InputError("--window: " + *problem);
+        WindowPlace place = settings_.corner;
+        if (plan_.conventions.mirrored)
+            place.x = (2 * grid.columns - place.x - width) % grid.columns;
+        plan_.window = grid;
+        plan_.corner = place;
+        plan_.camera = window_camera(grid, place);
+        say(size_text(width, height),
+            formatted("a window of a sphere of %d columns, at %d,%d", grid.columns, place.x, place.y) + looking_text(),
+            "--window and --density");
+        say_up();
+    }
+
+    /// As large as the smallest of all files of the source: frames imported by parts are those of one import.
+    void choose_window() {
+        const auto* sphere = std::get_if<EquirectCamera>(&plan_.camera);
+        if (sphere == nullptr || !sphere->range.is_full_sphere())
+            throw InputError(expected_found("--window", "pictures of a whole sphere, of which there is a part",
+                                            sphere == nullptr ? "a perspective view" : "--range"));
+        for (const FileSets::Frame& frame : all_frames_) {
+            std::vector<ForeignExr> opened;
+            std::vector<const ForeignExr*> files;
+            for (const auto& each : frame.files)
+                opened.emplace_back(each);
+            for (const ForeignExr& each : opened)
+                files.push_back(&each);
+            const auto found = window_of(files, plan_.conventions.mirrored);
+            if (!found)
+                throw InputError(
+                    expected_found(frame.files.front().string(), "pixels on whole blocks of 16 of the sphere", "none"));
+            if (!plan_.window)
+                plan_.window = found->first;
+            plan_.window->width = std::min(plan_.window->width, found->first.width);
+            plan_.window->height = std::min(plan_.window->height, found->first.height);
+        }
+        if (const auto problem = window_grid_problem(*plan_.window))
+            throw InputError(file().file().string() + ": " + *problem);
+        say("data windows", "windows of " + size_text(plan_.window->width, plan_.window->height) + " of that sphere",
+            "--window auto: whole blocks of 16 in all files");
     }
 
     void choose_depth_kind() {
@@ -224,6 +286,8 @@ private:
             list(planned);
             plan_.views.push_back(std::move(planned));
         }
+        if (plan_.window && plan_.views.size() > 1)
+            throw InputError(expected_found("--window", "one view", std::to_string(plan_.views.size())));
         if (plan_.views.empty())
             throw InputError(expected_found(file().file().string(), "a view left, right or centre", "none of them"));
     }
@@ -261,6 +325,7 @@ private:
 
     const ImportSettings& settings_;
     ImportPlan& plan_;
+    std::vector<FileSets::Frame> all_frames_;  // of the source
     std::vector<ForeignExr> files_;
 };
 

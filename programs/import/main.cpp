@@ -8,6 +8,7 @@
 #include <programs/cli/provenance.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 namespace {
@@ -18,7 +19,7 @@ struct Arguments {
     files::ImportSettings settings;
     std::string channels, depth, backward, forward, normals, range, eye = "centre", lock = "path", progress = "auto",
                                                                     up;
-    std::string denoise = "off";
+    std::string denoise = "off", window;
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0;
     bool mirrored = false, encoded = false, dry_run = false, json = false;
@@ -43,6 +44,26 @@ LongitudeLatitudeRange parse_range(const std::string& text) {
     cli::require(right, "--range", "WEST,EAST,SOUTH,NORTH in degrees, at most 360 by 180", "'" + text + "'");
     const double unit = pi / 180;
     return {degrees[0] * unit, degrees[1] * unit, degrees[2] * unit, degrees[3] * unit};
+}
+
+/// "auto", or "640,320" in pixels with --density.
+void parse_window(const std::string& text, bool has_density, files::ImportSettings& settings) {
+    settings.window = true;
+    if (text == "auto") {
+        cli::require(!has_density, "--density", "--window X,Y", "--window auto");
+        return;
+    }
+    const std::vector<std::string_view> words = split_at_commas(text);
+    const auto x = parsed_number(words.front()), y = parsed_number(words.back());
+    const auto is_pixel = [](const std::optional<double>& value) {
+        return value && *value >= 0 && *value < max_image_side && *value == std::floor(*value);
+    };
+    cli::require(words.size() == 2 && is_pixel(x) && is_pixel(y), "--window", "auto, or X,Y in pixels",
+                 "'" + text + "'");
+    cli::require(has_density, "--window " + text, "--density COLUMNS as well", "none");
+    cli::require(settings.density > 0 && settings.density <= max_image_side, "--density",
+                 "1 to " + std::to_string(max_image_side), std::to_string(settings.density));
+    settings.corner = {int(*x), int(*y)};
 }
 
 void complete(Arguments& a, const cli::CommandLine& app) {
@@ -87,6 +108,11 @@ void complete(Arguments& a, const cli::CommandLine& app) {
             "metres from 0 to 1000", s.info.head_radius_m);
     require(s.info.exposure >= 1e-12 && s.info.exposure <= 1e12, "--exposure", "a number above 0", s.info.exposure);
     s.info.eye = cli::parse_word<Eye>("--eye", a.eye, eye_names);
+    if (given("--window"))
+        parse_window(a.window, given("--density"), s);
+    cli::require(given("--window") || !given("--density"), "--density", "--window X,Y as well", "none");
+    for (const char* option : {"--camera", "--range", "--fov"})
+        cli::require(s.density == 0 || !given(option), option, "none with --window X,Y", "one");
     const bool locked_to_path = cli::parse_word("--lock", a.lock, std::array{"path", "world"}) == 0;
     s.info.lock = locked_to_path ? AxisLock::path : AxisLock::world;
     cli::require(s.info.scene.size() <= 255, "--name", "at most 255 bytes", std::to_string(s.info.scene.size()));
@@ -145,7 +171,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("SOURCE", s.sources,
                    "Folders, files or patterns (shot.####.exr); several where each AOV has files of its own")
         .required();
-    app.add_option("--out", s.out, "Folder for centre/, left/ or right/");
+    app.add_option("--out", s.out, "Folder for centre/, left/, right/ or window/");
     app.add_flag("--dry-run", a->dry_run, "Only say what was found and what it is taken for");
     cli::add_with_default(app, "--preset", s.preset,
                           "Whose conventions: auto, none, cycles, mitsuba, pbrt or equistream");
@@ -165,6 +191,11 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--camera", s.camera, "equirect or perspective (default: a sphere where the picture is 2:1)");
     app.add_option("--range", a->range, "WEST,EAST,SOUTH,NORTH of an equirect picture, degrees");
     app.add_option("--fov", a->fov_deg, "Horizontal, degrees, of a perspective picture");
+    app.add_option(
+        "--window", a->window,
+        "The pictures are parts of a denser sphere than OUT/centre has, for OUT/window: auto (of the one that "
+        "is their display window) or X,Y of their upper left pixel (with --density)");
+    app.add_option("--density", s.density, "Columns of the sphere that windows at X,Y are parts of");
     app.add_flag("--mirrored", a->mirrored, "The sphere's longitude grows to the left");
     app.add_option("--forward-at", o.forward_at,
                    "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");

@@ -414,6 +414,62 @@ class Import(unittest.TestCase):
         self.assertEqual(len(list((self.work / "eyes" / "left").glob("*.png"))), 3)
         self.assertEqual(run("info", self.work / "out").returncode, 0)
 
+    def test_windows(self):
+        """A part of a denser sphere, as pixels within the display window and as pictures of their own: one window, around an imported base."""
+        path = self.path_csv(self.sphere, True)
+        dense = read_frame(self.sphere[0])
+        kept, whole = (slice(16, 48), slice(32, 112)), (slice(12, 48), slice(20, 114))  # whole blocks of what has pixels
+        header = {"dataWindow": (np.array([20, 12], np.int32), np.array([113, 47], np.int32)),
+                  "displayWindow": (np.array([0, 0], np.int32), np.array([WIDTH - 1, HEIGHT - 1], np.int32))}
+        write(self.work / "part.0000.exr", {name: plane[whole] for name, plane in self.cycles_channels(dense).items()}, header)
+        write(self.work / "cut.0000.exr", {name: plane[kept] for name, plane in self.cycles_channels(dense).items()})
+        write(self.work / "base.0000.exr", {name: plane[::2, ::2] for name, plane in self.cycles_channels(dense).items()})
+        frames = []
+        for source, words in (("part", ["--window", "auto"]), ("cut", ["--window", "32,16", "--density", WIDTH])):
+            out = self.work / f"out-{source}"
+            for words in (words, []):
+                result = run("import", self.work / f"{source if words else 'base'}.0000.exr", *words, "--path", path, "--lock", "path", "--out", out)
+                self.assertEqual(result.returncode, 0, result.stderr)
+            frames.append(read_frame(out / "window/frame.0000.exr"))
+            for name in (*self.COLOUR, *self.GEOMETRY):
+                np.testing.assert_allclose(frames[-1][name], dense[name][kept], atol=2e-5, err_msg=name)
+        for name in frames[0]:
+            np.testing.assert_array_equal(frames[1][name], frames[0][name], err_msg=name)
+        # Across the seam.
+        turned = {name: np.roll(plane, -96, axis=1)[16:48, :80] for name, plane in self.cycles_channels(dense).items()}
+        write(self.work / "seam.0000.exr", turned)
+        result = run("import", self.work / "seam.0000.exr", "--window", "96,16", "--density", WIDTH, "--path", path, "--lock", "path", "--out", self.work / "out-seam")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        across = read_frame(self.work / "out-seam/window/frame.0000.exr")
+        for name in (*self.COLOUR, *self.GEOMETRY):
+            np.testing.assert_allclose(across[name], np.roll(dense[name], -96, axis=1)[16:48, :80], atol=2e-5, err_msg=name)
+        # The same sphere flipped.
+        flipped = {name: plane[:, ::-1] * (-1 if name.endswith(("Vector.X", "Vector.Z")) else 1) for name, plane in self.cycles_channels(dense).items()}
+        write(self.work / "flipped.0000.exr", {name: plane[16:48, WIDTH - 112:WIDTH - 32] for name, plane in flipped.items()})
+        result = run("import", self.work / "flipped.0000.exr", "--mirrored", "--window", f"{WIDTH - 112},16", "--density", WIDTH, "--path", path, "--lock", "path", "--out", self.work / "out-flipped")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        mirrored = read_frame(self.work / "out-flipped/window/frame.0000.exr")
+        for name in (*self.COLOUR, *self.GEOMETRY):
+            np.testing.assert_allclose(mirrored[name], frames[0][name], atol=2e-5, err_msg=name)
+        self.assert_same_pose(self.sphere[0], self.work / "out-part/window/frame.0000.exr")
+        out = self.work / "out-part"
+        PROGRAMS.run("play", out, "--size", "64x64", "--method", "rotation", "--out", self.work / "eyes")
+        report = (self.work / "eyes/report.json").read_text()
+        self.assertIn('"window"', report)
+        narrow = self.work / "narrow.0000.exr"
+        write(narrow, {name: plane[16:30, 20:60] for name, plane in self.cycles_channels(dense).items()}, {**header, "dataWindow": (np.array([20, 16], np.int32), np.array([59, 29], np.int32))})
+        cut, refused = self.work / "cut.0000.exr", ["--out", self.work / "none"]
+        self.assert_refused([narrow, "--window", "auto", *refused], "narrow.0000.exr", "whole blocks of 16")
+        self.assert_refused([self.sphere[0], "--window", "auto", *refused], "less than the sphere's 128x64")
+        self.assert_refused([self.view[0], "--window", "auto", "--fov", 80, *refused], "--window", "a perspective view")
+        self.assert_refused([cut, "--window", "32,16", *refused], "--window 32,16", "--density COLUMNS as well")
+        self.assert_refused([cut, "--window", "33,16", "--density", 128, *refused], "multiples of 16")
+        self.assert_refused([cut, "--window", "32,16", "--density", 100, *refused], "--density")
+        self.assert_refused([cut, "--window", "here", *refused], "auto, or X,Y in pixels")
+        self.assert_refused([cut, "--window", "32,16", "--density", 128, "--fov", 80, *refused], "--fov", "none with --window X,Y")
+        self.assert_refused([cut, "--density", 128, *refused], "--density", "--window X,Y as well")
+        self.assertFalse((self.work / "none").exists())
+
     def assert_refused(self, words, *mentions):
         result = run("import", *words)
         lines = [line for line in result.stderr.splitlines() if line.strip()]
