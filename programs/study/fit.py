@@ -2,14 +2,16 @@
 """The least a scene needs for a wanted accuracy, measured on the scene itself, as a settings file for render, encode, play and view.
 
     equistream fit SCENE.json --db N [--out FILE.ini]
+    equistream fit SCENE.json --kb N [--out FILE.ini]      the highest accuracy within N thousand bytes a frame
 
-N is the whole error of docs/compare.md on linear values, both eyes together: noise counts, and so does a denoiser. What was measured stays in the work
+Accuracy is the whole error of docs/compare.md on linear values, both eyes together: noise counts, and so does a denoiser. What was measured stays in the work
 folder, and another N goes on from there.
 """
 
 import argparse
 import contextlib
 import json
+import math
 import pathlib
 import re
 import shutil
@@ -22,6 +24,9 @@ from options import Parser, Progress, add_common, parse  # noqa: E402
 from steps import REPOSITORY, Failed, expect_packages, provenance, run_as_program  # noqa: E402
 
 FEWEST_PIXELS = 64
+AUTO = "auto"
+SLACK, INFO_FOV_DEG = 0.75, 90
+"""Of the windows that `scene info` says (programs/scene/summary.cpp)."""
 
 
 def in_range(low, high, kind=float):
@@ -44,11 +49,21 @@ def size(text):
 
 
 def window(text):
+    if text == AUTO:
+        return text
     match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", text)
     sides = tuple(map(float, match.groups())) if match else (0, 0)
     if not (0 < sides[0] < 360 and 0 < sides[1] <= 180):
-        raise argparse.ArgumentTypeError(f"expected WxH, degrees below 360 and up to 180, found '{text}'")
+        raise argparse.ArgumentTypeError(f"expected {AUTO}, or WxH, degrees below 360 and up to 180, found '{text}'")
     return sides
+
+
+def window_for(eye, fov_deg, info):
+    """Degrees, as `scene info` has them for a view of 90: the view, what the head turns meanwhile, and the room that the gaze has before a window follows."""
+    turned_deg = SLACK * info["window_deg"][0] - INFO_FOV_DEG
+    half = math.tan(math.radians(fov_deg) / 2)
+    sides = fov_deg, 2 * math.degrees(math.atan(half * eye[1] / eye[0]))
+    return tuple(min(most, math.ceil((side + turned_deg) / SLACK)) for side, most in zip(sides, (359, 180)))
 
 
 def frames(text):
@@ -62,8 +77,11 @@ def arguments():
     parser = Parser(prog="equistream fit", description=__doc__.splitlines()[0],
                     epilog="example: equistream fit scenes/pavilion.json --db 27 --out pavilion.ini")
     parser.add_argument("scene", metavar="SCENE", type=pathlib.Path, help="scene description (JSON)")
-    parser.add_argument("--db", type=in_range(1, 80), required=True,
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--db", type=in_range(1, 80),
                         help="the accuracy wanted: whole error on linear values, both eyes together, in dB (docs/compare.md)")
+    wanted.add_argument("--kb", type=in_range(0.1, 1e6), metavar="N",
+                        help="instead of --db: the highest accuracy within so many thousand bytes a frame, to a quarter of a dB; a model's bytes are shared out over the path")
     parser.add_argument("--out", type=pathlib.Path, help="settings file to write; the client's model, if one is chosen, comes beside it; default: NAME-fit.ini")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views, which can be removed afterwards; default: NAME-fit")
     parser.add_argument("--eye-size", type=size, default=(640, 360), metavar="WxH", help="of each eye's view (640x360): what is found holds for this many pixels")
@@ -75,11 +93,13 @@ def arguments():
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
                         help="the widest sphere tried, in 2 pi f columns (1.41)")
     parser.add_argument("--window", type=window, metavar="WxH",
-                        help="degrees: a window of them around the gaze, in a coarse sphere, is tried too, and taken where it has fewer bytes")
+                        help="degrees: a window of them around the gaze, in a coarse sphere, is tried too, and taken where it has fewer bytes; auto: as large as the view and the head's fastest turn ask for")
     add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     options = parse(parser, "fit")
     options.info = scene_info(parser, options)
+    if options.window == AUTO:
+        options.window = window_for(options.eye_size, options.fov, options.info)
     last = path_frames(options) - 1
     middle = max(0, last // 2)
     options.frames = options.frames or (middle, min(middle + 1, last))
@@ -117,29 +137,38 @@ def keep_model(chosen, work, out):
 def main():
     options = arguments()
     expect_packages("fit")
-    from fitting.choice import Fit, Unreachable  # what needs these packages
+    from fitting.choice import Fit, Unreachable, most_for_bytes  # what needs these packages
     from fitting.report import chosen_text, n_text, report, sections_of, times_text, unreachable_text, write_settings
-    from fitting.work import Asked, FitWork
+    from fitting.work import Asked, FitWork, Measurer
     began = time.time()
     asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest, options.window)
     with contextlib.redirect_stdout(sys.stderr):
         work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked, Progress("fit", options.progress))
-        fit = Fit(work, asked, options.codec, options.db, path_frames(options))
-        try:
-            chosen = fit.run()
-        except Unreachable as short:
-            raise Failed(unreachable_text(short.best, fit)) from None
+        measure = Measurer(work, options.codec)
+
+        def fit_for(level):
+            return Fit(work, asked, options.codec, level, path_frames(options), measure)
+
+        if options.kb:
+            fit, chosen = most_for_bytes(1000 * options.kb, fit_for)
+        else:
+            fit = fit_for(options.db)
+            try:
+                chosen = fit.run()
+            except Unreachable as short:
+                raise Failed(unreachable_text(short.best, fit)) from None
+    wanted = f"--kb {options.kb:g}" if options.kb else f"--db {options.db:g}"
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:
         chosen.geometry_file = keep_model(chosen, work, options.out)
-    remarks = [f"equistream fit {options.scene} --db {options.db:g}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
+    remarks = [f"equistream fit {options.scene} {wanted}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
     write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
     if options.json:
         point = chosen.point
-        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
-                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once,
+        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "wanted_kb": options.kb, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
+                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once, "bytes_a_frame_in_all": chosen.bytes_a_frame(fit.path_frames),
                           "reflections": chosen.told, "window": chosen.point.way.window, "why": fit.why, "seconds": round(time.time() - began, 1),
-                          "command": f"equistream fit {options.scene.name} --db {options.db:g}", **provenance(options.bin, REPOSITORY)}, indent=1))
+                          "command": f"equistream fit {options.scene.name} {wanted}", **provenance(options.bin, REPOSITORY)}, indent=1))
         return
     print(said)
     print(f"\nwritten: {options.out}\n"

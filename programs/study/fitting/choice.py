@@ -8,7 +8,7 @@ from presets import KNOWN_DB
 from rates import bytes_for
 from steps import Failed
 
-from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db
+from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, highest, is_worth, last_holding, least_over, most_gained_db
 from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, files_of, pair, perspective, windowed
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
@@ -48,6 +48,9 @@ class Chosen:
     """Of mirrors and glass."""
     geometry_file: object = None
 
+    def bytes_a_frame(self, path_frames):
+        return self.point.bytes + self.bytes_once / path_frames
+
     @property
     def light(self):
         return self.point.way.light
@@ -65,10 +68,34 @@ def taken_text(is_taken):
     return "taken" if is_taken else "not taken"
 
 
+FIRST_DB, STEP_DB, CLOSE_LEVEL_DB, LEVELS_DB = 28, 4, 0.25, (1, 80)
+"""Accuracies that are tried for a number of bytes."""
+
+
+def most_for_bytes(limit, fit_for):
+    """(fit, chosen) of the highest accuracy within so many bytes a frame. What is sent once is shared out over the path. fit_for(level) makes a Fit. Failed
+    where no accuracy is within them."""
+    seen = []
+
+    def within(level):
+        fit = fit_for(level)
+        try:
+            chosen = fit.run()
+        except Unreachable:
+            return None
+        seen.append(chosen.bytes_a_frame(fit.path_frames))
+        return (fit, chosen) if seen[-1] <= limit else None
+
+    found = highest(within, FIRST_DB, STEP_DB, CLOSE_LEVEL_DB, LEVELS_DB)
+    if found is None:
+        raise Failed(f"--kb {limit / 1000:g}: not to be had" + (f"; the fewest found are {min(seen):,.0f} bytes a frame" if seen else ""))
+    return found[1]
+
+
 class Fit:
-    def __init__(self, work, asked, codec, level, path_frames):
+    def __init__(self, work, asked, codec, level, path_frames, measure=None):
         self.work, self.asked, self.level, self.path_frames = work, asked, level, path_frames
-        self.codec, self.measure = codec, Measurer(work, codec)
+        self.codec, self.measure = codec, measure or Measurer(work, codec)
         self.at = self.measure.at
         self.why, self.told = [], False
 

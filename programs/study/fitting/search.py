@@ -23,6 +23,29 @@ def last_holding(values, holds, start=0):
     return values[start]
 
 
+def highest(value_at, start, step, close, ends):
+    """(level, value_at(level)) of the highest level that has a value, to within `close`. Where a level has none, no higher one has. Looks at `start` first,
+    then goes on in growing steps. None where the lowest has none."""
+    low, high = ends
+    good, level = None, min(max(start, low), high)
+    bad = None
+    while True:
+        value = value_at(level)
+        if value is None:
+            bad = level
+        else:
+            good = level, value
+        if (bad is None and level == high) or (good is None and level == low):
+            return good
+        if good and bad is not None:
+            if bad - good[0] <= close:
+                return good
+            level = (good[0] + bad) / 2
+        else:
+            level = min(high, level + step) if good else max(low, level - step)
+            step *= 2
+
+
 def guess(known, level):
     """The CRF at which a smooth curve through those measured meets the level; beyond them, the line through the two nearest. None where that does not fall."""
     falling = sorted({db: crf for crf, db in known.items()}.items())

@@ -166,9 +166,8 @@ class FitWork(SceneWork):
         return self.lit(name, way.light, (width, width // 2), "centre", (*aovs, *(word for word in words if word)), small=fill.on_trial or fill.track == "small",
                         frames=1 if fill.on_trial else 0)
 
-    def scored(self, name, views, frames=None):
+    def wholly(self, name, views, truths, frames=None, eyes=None):
         """The whole error, and in gaps apart."""
-        truths = [self.truth(seed) for seed in SEEDS]
         gaps = ["--gaps", f"{views[0]}/gaps"] if (self.folder / views[0] / "gaps").exists() else []
         chosen = ["--frames", frames] if frames else []
         return {"whole": self.compare(name, views[0], truths[0], "--truth2", truths[1], "--metrics", "none", *gaps, *chosen)["eyes"]}

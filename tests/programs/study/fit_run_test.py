@@ -65,6 +65,7 @@ class Fit(unittest.TestCase):
         self.assertIn("everything was there already", again.stdout)
         self.assertEqual((self.root / "again.ini").read_text().split("[play]")[0], settings.read_text().split("[play]")[0])
 
+        self.assertIn("--kb", self.fit(self.scene, "--db", WANTED_DB, "--kb", 3, code=2).stderr)
         short = self.fit(self.scene, "--db", 70, *SMALL, "--out", "never.ini", code=1)
         self.assertRegex(short.stderr.splitlines()[-1], r"--db 70: not to be had; the most found is \d+\.\d+ \[")
         self.assertFalse((self.root / "never.ini").exists())

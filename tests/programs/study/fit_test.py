@@ -4,9 +4,10 @@ import dataclasses
 import math
 import unittest
 
+from fit import window_for
 from fitting import report as fit_report
 from fitting import search as fit_search
-from fitting.choice import Chosen, Fit, Unreachable
+from fitting.choice import Chosen, Fit, Unreachable, most_for_bytes
 from fitting.report import sections_of, settings_text
 from fitting.work import NARROWEST, Asked, Fill, Light, Point, base_width, by_scene, density
 from render_list import size_text
@@ -61,6 +62,20 @@ class Search(unittest.TestCase):
                 self.assertEqual(fit_search.last_holding((0, 1, 2, 3), holds, start), last)
                 self.assertEqual(len(holds.asked), len(set(holds.asked)))
             self.assertIsNone(fit_search.last_holding((0, 1, 2, 3), lambda value: False, start))
+
+    def test_the_highest_level_that_has_something(self):
+        for edge in (1, 1.1, 20, 27.9, 28, 33.3, 79.9, 80):
+            asked = []
+
+            def value_at(level):
+                asked.append(level)
+                return f"at {level}" if level <= edge else None
+
+            level, value = fit_search.highest(value_at, 28, 4, 0.25, (1, 80))
+            self.assertEqual(value, f"at {level}")
+            self.assertTrue(edge - 0.25 <= level <= edge, (edge, level))
+            self.assertLess(len(asked), 13)
+        self.assertIsNone(fit_search.highest(lambda level: None, 28, 4, 0.25, (1, 80)))
 
     def test_the_cheapest_is_in_the_valley_and_the_far_side_is_not_measured(self):
         costs = {1: None, 2: (9, "b"), 3: (5, "c"), 4: (6, "d"), 5: (7, "e")}
@@ -153,6 +168,39 @@ class Mirrors(unittest.TestCase):
         self.assertTrue(short.exception.best.way.told)
 
 
+class MostForBytes(unittest.TestCase):
+    class Run(Fit):
+        """Of a sphere alone, whose depth is sent once."""
+
+        def run(self):
+            self.light = Light(4)
+            _, width, crf = self.sphere()
+            return Chosen(self.at(by_scene(Fill(), False, self.light), width, crf), Fill(), 300_000)
+
+    def fit_for(self, level):
+        scene = MadeUp(None, 0)
+        fit = self.Run(scene, Asked((640, 360), 90.0, 30, 31, 64, 64, 2 ** 0.5), "h264", level, 300)
+        fit.at = scene.at
+        return fit
+
+    def test_the_highest_within_them(self):
+        found = []
+        for limit in (1_100, 1_200, 1_500, 10 ** 9):
+            fit, chosen = most_for_bytes(limit, self.fit_for)
+            self.assertLessEqual(chosen.bytes_a_frame(300), limit)
+            self.assertGreaterEqual(chosen.point.db, fit.level)
+            found.append(fit.level)
+            if limit < 2000:
+                self.assertGreater(self.fit_for(fit.level + 0.26).run().bytes_a_frame(300), limit)
+        self.assertEqual(sorted(set(found)), found, "more bytes, more accuracy")
+        with self.assertRaises(Unreachable):
+            self.fit_for(found[-1] + 0.26).run()
+
+    def test_fewer_than_any_accuracy_takes(self):
+        with self.assertRaisesRegex(Failed, r"--kb 1: not to be had; the fewest found are 1,\d\d\d bytes a frame"):
+            most_for_bytes(1000, self.fit_for)
+
+
 class Window(unittest.TestCase):
     @staticmethod
     def asked():
@@ -188,6 +236,13 @@ class Window(unittest.TestCase):
             self.assertLess(density(width) - width, 32)
             self.assertGreater(density(width), base_width(width))
             self.assertGreaterEqual(base_width(width), 128, "streams have 64 rows at least")
+
+    def test_a_window_for_the_view_and_the_heads_turn(self):
+        still, turning = {"window_deg": [120, 78]}, {"window_deg": [140, 98]}
+        self.assertEqual(window_for((640, 360), 90, still), (120, math.ceil(2 * math.degrees(math.atan(9 / 16)) / 0.75)))
+        self.assertEqual(window_for((640, 640), 90, turning), (140, 140))
+        self.assertEqual(window_for((640, 320), 60, turning), (100, math.ceil((2 * math.degrees(math.atan(math.tan(math.radians(30)) / 2)) + 15) / 0.75)))
+        self.assertEqual(window_for((640, 640), 170, {"window_deg": [359, 180]}), (359, 180))
 
     def test_a_window_that_saves_nothing_is_not_taken(self):
         sphere, chosen, fit = self.chosen(1)
