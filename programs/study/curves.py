@@ -1,15 +1,15 @@
 """Curves that charts and tables share. Of parity (experiments/parity.py), from accuracy against bytes to the paper's open question: what sphere equals a
 perspective render. Of parsimony (experiments/parsimony.py): (cost, dB, error budget in pixels or None) of what is swept.
 
-Parity is of both eyes unless one is named. A sphere's width is given beside the width that matches the view's centre, 2 pi f columns (DESIGN's bound), so
+Parity is of both eyes, by the whole error of display values. A sphere's width is given beside the width that matches the view's centre, 2 pi f columns (DESIGN's bound), so
 that it can be read for any display. Parsimony's budget is that of the client's own choice or, of bits, stands for it.
 """
 
 import math
 
-from found import WHOLE, all_bytes, db, interval_db, together_psnr, whole_db
+from found import all_bytes, db, seen_db, seen_interval_db, together_psnr, whole_db
 from presets import matching_width
-from rates import bd_db, bd_rate_percent, crossing, fewest_bytes
+from rates import crossing, fewest_bytes
 from render_list import EYES
 
 SPHERE, REFERENCES = "centre", {"perspective": "perspective view, the other eye reprojected", "pair": "both eyes rendered"}
@@ -24,48 +24,40 @@ def of(entries, system, width=None, coded=True):
     return [entry for entry in entries if entry["system"] == system and entry["width"] == width and (entry["codec"] is not None) == coded]
 
 
-def points(entries, eye=None, scale="linear"):
+def points(entries):
     """(bytes a frame, dB)."""
-    return [(all_bytes(entry), level) for entry in entries if (level := db(entry, eye, scale)) is not None]
+    return [(all_bytes(entry), level) for entry in entries if (level := seen_db(entry)) is not None]
 
 
 def widths(entries, system):
     return sorted({entry["width"] for entry in entries if entry["system"] == system})
 
 
-def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None):
+def parity_width(entries, system, level, crf, end=None):
     """The least width whose sphere, coded at this CRF (None: uncoded), has `level` dB; of the ends of its intervals with end 0 or 1, of which an open upper
     one reaches any, so that what is wider than the width before may do. None: no width has."""
     ws, ys = widths(entries, system), []
     for width in ws:
         entry = next(e for e in entries if e["system"] == system and e["width"] == width and e["crf"] == crf)
-        known = db(entry, eye, scale) if end is None else interval_db(entry, eye, scale)[end]
+        known = seen_db(entry) if end is None else seen_interval_db(entry)[end]
         ys.append(math.inf if known is None and end == 1 else known)
     return crossing(ws, ys, level)
 
 
-def parity_of(result, which, system, reference, eye=None, scale="linear"):
+def parity_of(result, system, reference):
     """One row for each of the reference's qualities that is known: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width, which are at most
     these where its coarsest coding has more dB. The width's interval is from a sphere at its best beside a reference at its worst to the opposite."""
-    entries, rows = result[which], []
+    entries, rows = result["entries"], []
     for entry in of(entries, reference):
-        level, (worst, best) = db(entry, eye, scale), interval_db(entry, eye, scale)
+        level, (worst, best) = seen_db(entry), seen_interval_db(entry)
         if level is None:
             continue
-        ends = [parity_width(entries, system, of_reference, entry["crf"], eye, scale, end) for of_reference, end in ((worst, 1), (best, 0)) if of_reference is not None]
-        fewest, fewest_width, at_most = fewest_bytes({width: points(of(entries, system, width), eye, scale) for width in widths(entries, system)}, level)
-        rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "whole_db": db(entry, eye, scale, WHOLE), "db": level, "width": parity_width(entries, system, level, entry["crf"], eye, scale),
+        ends = [parity_width(entries, system, of_reference, entry["crf"], end) for of_reference, end in ((worst, 1), (best, 0)) if of_reference is not None]
+        fewest, fewest_width, at_most = fewest_bytes({width: points(of(entries, system, width)) for width in widths(entries, system)}, level)
+        rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "db": level, "width": parity_width(entries, system, level, entry["crf"]),
                      "width_interval": ends if len(ends) == 2 else [None, None],
                      "fewest_bytes": fewest, "fewest_bytes_width": fewest_width, "bytes_ratio": fewest / all_bytes(entry) if fewest else None, "at_most": at_most})
     return rows
-
-
-def rates_of(result, which, system, reference, eye=None, scale="linear"):
-    """Bjontegaard's averages of each width beside the reference."""
-    entries = result[which]
-    anchor = points(of(entries, reference), eye, scale)
-    return [{"width": width, "bd_rate_percent": bd_rate_percent(anchor, points(of(entries, system, width), eye, scale)),
-             "bd_db": bd_db(anchor, points(of(entries, system, width), eye, scale))} for width in widths(entries, system)]
 
 
 CHOSEN_PX, CODE_BITS = 0.25, 10

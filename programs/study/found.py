@@ -13,6 +13,18 @@ KINDS = WHOLE, NOISE_FREE = "whole", "noise_free"
 """Of error. Results from before the whole error have none of it."""
 
 
+def titles_of(results):
+    """Of all systems; those of a result that has the most come first."""
+    most_first = sorted(results.values(), key=lambda result: -len(result["titles"]))
+    return {name: title for result in most_first for name, title in result["titles"].items()}
+
+
+def light_text(result):
+    """How views and spheres of a result were rendered."""
+    settings = result["settings"]
+    return f" ({settings['eye_samples']} samples, {'denoised' if settings.get('denoise', 'off') != 'off' else 'as rendered'})"
+
+
 def load(folder, experiment):
     """{scene: result}, in the presets' order, then by name."""
     files = {file.stem: file for file in sorted((pathlib.Path(folder) / experiment).glob("*.json"))}
@@ -35,6 +47,15 @@ def db(scored, eye=None, scale="linear", kind=NOISE_FREE):
 
 def whole_db(scored, eye=None):
     return db(scored, eye, kind=WHOLE)
+
+
+def seen_db(scored):
+    """What a viewer gets of both eyes: the whole error of display values."""
+    return db(scored, scale="display", kind=WHOLE)
+
+
+def seen_interval_db(scored):
+    return interval_db(scored, scale="display", kind=WHOLE)
 
 
 def interval_db(scored, eye=None, scale="linear", kind=NOISE_FREE):

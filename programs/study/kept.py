@@ -17,7 +17,7 @@ OF_PICTURES = ("width", "height", "frames", "identical", "psnr_mean_of_frames_db
 WORST = ("whole_worst_percent", "noise_free_worst_percent")
 SCORES = ("gaps", "flicker", *WORST, "milliseconds", "views")
 """Beside the errors: what stands in one experiment, `systems`, and is not repeated."""
-LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders"), "where": ("renders",), "sizes": ("renders",),
+LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders"), "where": ("renders",),
             "parsimony": (*SCORES, "renders"), "related": (*WORST, "flicker", "renders"),
             "window": (*WORST, "gaps", "flicker", "views", "renders", "noise_free", "p95", "p99", "samples", "psnr_worst_percent_db", "ssim", "linear")}
 """Experiment -> what its results do not keep. Renders stand in `systems`."""

@@ -1,8 +1,7 @@
-"""Narrower spheres, and less noisy ones, of those that were rendered.
+"""Narrower spheres of those that were rendered.
 
-A box filter weighs all samples of a pixel alike, whichever render they come from. So where a pixel of a narrower sphere covers whole pixels of a wide one,
-their mean is what rendering it with all their samples gives, up to where the samples happened to fall; and renders of several seeds, weighted by their
-samples, make one of them all. Geometry is not filtered: it comes from a render of the narrow sphere's own pixel centres.
+A box filter weighs all samples of a pixel alike. So where a pixel of a narrower sphere covers whole pixels of a wide one, their mean is what rendering it with
+all their samples gives, up to where the samples happened to fall. Geometry is not filtered: it comes from a render of the narrow sphere's own pixel centres.
 """
 
 import shutil
@@ -40,17 +39,6 @@ def narrow_sequence(wide, geometry, out):
             size = thin.info.camera.size
             samples = full.info.samples_per_pixel * times_wider(full.info.camera.size, size) ** 2
             yield of_samples(thin.info, samples), narrowed(full["colour"], size), thin
-
-    make_sequence(out, frames())
-
-
-def merge_sequences(folders, out):
-    """The same frames of several seeds as one of all their samples; all but colours is the first one's."""
-    def frames():
-        for same in zip(*(es.Sequence(folder) for folder in folders), strict=True):
-            samples = [frame.info.samples_per_pixel for frame in same]
-            colour = sum(frame["colour"].astype(np.float64) * n for frame, n in zip(same, samples)) / sum(samples)
-            yield of_samples(same[0].info, sum(samples)), colour, same[0]
 
     make_sequence(out, frames())
 

@@ -12,7 +12,7 @@ import pathlib
 import equistream as es
 import numpy as np
 from drawing import rgb
-from found import KINDS, all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr, ssim
+from found import KINDS, WHOLE, all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr, ssim
 from kept import lean
 from PIL import Image
 from render_list import EYES
@@ -23,9 +23,10 @@ TEMPLATE = pathlib.Path(__file__).with_name("page.html")
 
 
 def level(entry, kind):
-    """dB, whether that is a bound, and the ends of its interval; None where this kind was not measured."""
-    figures = error(entry, kind=kind)
-    return figures and {"db": db(entry, kind=kind), "bounded": figures["only_bounded"], "low": figures["db_low"], "high": figures["db_high"]}
+    """dB, whether that is a bound, and the ends of its interval; None where this kind was not measured. The whole error is of display values."""
+    scale = "display" if kind == WHOLE else "linear"
+    figures = error(entry, scale=scale, kind=kind)
+    return figures and {"db": db(entry, scale=scale, kind=kind), "bounded": figures["only_bounded"], "low": figures["db_low"], "high": figures["db_high"]}
 
 
 def point(entry, titles):

@@ -9,7 +9,7 @@ import math
 
 REAL_SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 BUNDLED_SCENES = ("pavilion",)
-OF_SCENES = ("systems", "parity", "sizes", "parsimony", "where", "moved", "related", "window")
+OF_SCENES = ("systems", "parity", "parsimony", "where", "moved", "related", "window")
 OF_THEIR_OWN = ("stability", "latency")
 EXPERIMENTS = (*OF_SCENES, *OF_THEIR_OWN)
 """Each a module of experiments/, of every scene or of scenes of its own."""
@@ -33,11 +33,12 @@ def matching_width(eye, fov_deg):
 
 
 @dataclasses.dataclass(frozen=True)
-class Widest:
-    """A few spheres far wider than the others, for parity."""
-    width: int
+class Parity:
+    """The spheres that are put beside views."""
+    widths: tuple
+    """With as many samples a pixel as all others; all but the sphere of sphere_width are rendered for this alone."""
     frames: int
-    samples: int
+    """The first of the preset's: the widest spheres take long."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,17 +50,10 @@ class Preset:
     eye: tuple
     sphere_width: int
     """As rendered."""
-    widths: tuple
-    """Of the spheres that systems are given, narrowest first; the last is sphere_width."""
-    system_widths: tuple
-    """Those of them that every system is given."""
     eye_samples: int
     sphere_samples: int
     """A pixel of those that are rendered and not filtered, each seed."""
-    bytes_samples: int
-    """A pixel of sphere_width of all seeds together where only bytes are asked for, which depend on noise."""
-    eye_bytes_samples: int
-    widest: Widest
+    parity: Parity
     codecs: tuple
     crfs: tuple
     """The paper's two."""
@@ -78,7 +72,7 @@ class Preset:
     """Of the knobs of breakers and networks; else few."""
     latency_seconds: int
     samples_swept: tuple
-    """A pixel, of spheres of the narrowest system width whose noise is charted."""
+    """A pixel, of spheres of half the width, whose noise is charted."""
     model_words: tuple = ()
     """Of `equistream model`, beside: how many rays, where its own are too many."""
     fov_deg: float = 90
@@ -98,6 +92,10 @@ class Preset:
     """Scene -> samples a pixel of each truth, so that the whole error is known within KNOWN_DB; of others eye_samples."""
 
     @property
+    def half_width(self):
+        return self.sphere_width // 2
+
+    @property
     def focal_px(self):
         return focal_length_px(self.eye, self.fov_deg)
 
@@ -113,21 +111,21 @@ class Preset:
         return first, first + self.frames - 1
 
 
-SMOKE_STEPS = 309
+SMOKE_STEPS = 264
 """Counted of the experiments; a test says when it is off by more than a tenth."""
 PRESETS = {preset.name: preset for preset in (
     # As small as small streams allow, which are a quarter as high and coded at 64 pixels or more.
-    Preset("smoke", BUNDLED_SCENES, frames=2, eye=(448, 256), sphere_width=1024, widths=(512, 1024), system_widths=(512,), eye_samples=2, sphere_samples=1,
-           bytes_samples=2, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), coarse_crfs=(), repeat=1, budgets_px=(1 / 4, 4),
+    Preset("smoke", BUNDLED_SCENES, frames=2, eye=(448, 256), sphere_width=1024, eye_samples=2, sphere_samples=1,
+           parity=Parity((640, 1024), frames=1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), coarse_crfs=(), repeat=1, budgets_px=(1 / 4, 4),
            model_rounds=2, samples_swept=(1, 2), breakers=("near",), every_value=False,
            latency_seconds=2, steps=SMOKE_STEPS, windows=((1024, 120, 90),), base_width=256, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), timed=False, left_out=("where", "moved", "related", "window")),
-    Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=8, sphere_samples=8, bytes_samples=8, eye_bytes_samples=8, denoise="balanced",
-           widest=Widest(3840, 1, 8), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), coarse_crfs=(34, 40), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
+    Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, eye_samples=8, sphere_samples=8, denoise="balanced",
+           parity=Parity((976, 1360, 1920, 2720, 3840), frames=1), codecs=("h264",), crfs=(16, 24), curve_crfs=(16, 20, 24, 28), coarse_crfs=(34, 40), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
            model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7,
            windows=((1920, 120, 90), (2880, 112, 80), (3840, 96, 72)),
            truth_samples={"kitchen": 64, "sibenik": 64, "sponza-crytek": 32, "voxel-city": 32, "san-miguel": 32}),
-    Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, widths=(1920, 2560, 3840), system_widths=(1920, 3840), eye_samples=1000,
-           sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), coarse_crfs=(38, 44), repeat=3,
+    Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, eye_samples=1000,
+           sphere_samples=250, parity=Parity((2000, 3840, 5760, 7680, 11520), frames=2), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), coarse_crfs=(38, 44), repeat=3,
            budgets_px=(1 / 16, 1 / 4, 1, 4, 16), model_rounds=40, samples_swept=(1, 4, 16, 64, 256, 1024), breakers=(), every_value=True, latency_seconds=30,
            windows=((5760, 120, 90), (11520, 96, 72)), base_width=1440),
 )}

@@ -7,10 +7,8 @@ from presets import SEEDS, TRUTH_SEEDS
 
 EYES = ("left", "right")
 PLACES = ("left", "centre", "right")
-BYTES_SEED, SAMPLES_SEED = 3, 11
+SAMPLES_SEED = 11
 MARGIN_VIEW_DEG = 120
-LOCK_SAMPLES = 16
-"""A pixel: two streams are compared with each other alone."""
 UNBIASED = ("--unbiased",)
 """What eyes are compared with leaves nothing out of the light; what is streamed is rendered as users do."""
 WHOLE = ("--layers", "--patches")
@@ -60,9 +58,9 @@ def whole_sphere(preset, place, seed):
                   denoise=preset.denoise)
 
 
-def perspective(preset, seed, samples=None, name=None):
+def perspective(preset, seed):
     """The paper's first system: the left eye and a small right one."""
-    return Render(name or f"perspective-{seed}", seed, samples or preset.eye_samples, preset.eye, "left", small=True, fov_deg=preset.fov_deg,
+    return Render(f"perspective-{seed}", seed, preset.eye_samples, preset.eye, "left", small=True, fov_deg=preset.fov_deg,
                   denoise=preset.denoise)
 
 
@@ -70,15 +68,16 @@ def right_eye(preset, seed):
     return Render(f"right-{seed}", seed, preset.eye_samples, preset.eye, "right", fov_deg=preset.fov_deg, denoise=preset.denoise)
 
 
-def wide_sphere(preset, place, seed, samples=None, name=None):
+def wide_sphere(preset, place, seed):
     """As wide as the preset renders them, with a small right eye."""
-    size = (preset.sphere_width, preset.sphere_width // 2)
-    return Render(name or f"sphere-{place}-{seed}", seed, samples or preset.sphere_samples, size, place, small=place != "right", denoise=preset.denoise)
+    size = (preset.sphere_width, preset.half_width)
+    return Render(f"sphere-{place}-{seed}", seed, preset.sphere_samples, size, place, small=place != "right", denoise=preset.denoise)
 
 
-def narrow_sphere(preset, place, seed, width):
-    """Of a width that is not filtered from the wide one."""
-    return dataclasses.replace(wide_sphere(preset, place, seed, name=f"sphere-{place}-{seed}-of-{width}"), size=(width, width // 2))
+def parity_sphere(preset, place, seed, width):
+    """Of a width that is not filtered from the wide one, and few frames of it."""
+    return dataclasses.replace(wide_sphere(preset, place, seed), name=f"sphere-{place}-{seed}-of-{width}", size=(width, width // 2),
+                               frames=preset.parity.frames)
 
 
 def window(preset, seed, columns, across_deg, high_deg):
@@ -99,12 +98,6 @@ def margin_view(preset, seed):
     return Render(f"margin-{seed}", seed, preset.eye_samples, size, "centre", fov_deg=MARGIN_VIEW_DEG, denoise=preset.denoise)
 
 
-def widest_sphere(preset, place, seed):
-    widest = preset.widest
-    return Render(f"widest-{place}-{seed}", seed, widest.samples, (widest.width, widest.width // 2), place, small=True, frames=widest.frames,
-                  denoise=preset.denoise)
-
-
 def geometry(name, place, seed, width, small, options):
     """Of the pixel centres of a sphere whose colours come from elsewhere (narrowed.py): without light."""
     return Render(f"geometry-{name}", seed, 1, (width, width // 2), place, small=small, options=(*options, "--max-bounces", "0"))
@@ -121,20 +114,9 @@ def moved_eyes(preset, scene, name, seed, path):
     return dataclasses.replace(truth(preset, scene, seed), name=f"eyes-{name}-{own}", options=("--path", path, "--aovs", "none", *UNBIASED))
 
 
-def locked_sphere(preset, lock):
-    width = preset.system_widths[0]
-    return Render(f"lock-{lock}", SEEDS[0], min(LOCK_SAMPLES, preset.sphere_samples), (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"),
-                  denoise=preset.denoise)
-
-
 def noisy_sphere(preset, samples):
-    width = preset.system_widths[0]
+    width = preset.half_width
     return Render(f"samples-{samples}", SAMPLES_SEED, samples, (width, width // 2), "centre", denoise=preset.denoise)
-
-
-def further_samples(wanted, each):
-    """Of BYTES_SEED, beside those of SEEDS."""
-    return max(0, wanted - len(SEEDS) * each)
 
 
 def every_render(preset, scene):
@@ -146,16 +128,8 @@ def every_render(preset, scene):
         yield whole_sphere(preset, "centre", seed)
         for place in PLACES:
             yield wide_sphere(preset, place, seed)
-            for width in preset.widths:
-                if not preset.is_filtered(width) and (place == "centre" or width in preset.system_widths):
-                    yield narrow_sphere(preset, place, seed, width)
-        if preset.widest.width > preset.sphere_width:
-            yield widest_sphere(preset, "centre", seed)
-    if further := further_samples(preset.eye_bytes_samples, preset.eye_samples):
-        yield perspective(preset, BYTES_SEED, further, f"perspective-{BYTES_SEED}")
-    if further := further_samples(preset.bytes_samples, preset.sphere_samples):
-        yield wide_sphere(preset, "left", BYTES_SEED, further, f"sphere-left-{BYTES_SEED}")
-    for lock in ("world", "path"):
-        yield locked_sphere(preset, lock)
+    for width in preset.parity.widths:
+        if not preset.is_filtered(width):
+            yield parity_sphere(preset, "centre", SEEDS[0], width)
     for samples in preset.samples_swept:
         yield noisy_sphere(preset, samples)

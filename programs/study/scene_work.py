@@ -10,7 +10,7 @@ import pathlib
 
 import equistream as es
 import render_list
-from narrowed import made_once, merge_sequences, narrow_sequence
+from narrowed import made_once, narrow_sequence
 from presets import SEEDS
 from steps import HERE, REPOSITORY, Failed, Steps
 
@@ -47,7 +47,7 @@ class SceneWork:
     def info(self):
         """What `scene info` says of it."""
         self.expect_scene()
-        return json.loads(self.steps.output_of("scene-info"))
+        return {key: value for key, value in json.loads(self.steps.output_of("scene-info")).items() if key != "command"}
 
     @property
     def frames(self):
@@ -83,7 +83,7 @@ class SceneWork:
     def render_record(self, step):
         """What render() or render_part() left of it: `step` is render-NAME or part-NAME-FIRST-LAST."""
         record = json.loads((self.folder / f"steps/{step}.json").read_text())
-        return {**record, **json.loads(self.steps.output_of(step))}
+        return {**json.loads(self.steps.output_of(step)), **record}
 
     def render_records(self):
         steps = sorted(file.stem for kind in ("render", "part") for file in (self.folder / "steps").glob(f"{kind}-*.json"))
@@ -109,11 +109,9 @@ class SceneWork:
         return self.render(render_list.whole_sphere(self.preset, place, seed))
 
     def sphere(self, place, width, seed):
-        """Of this width: filtered from the wide one where that is a whole number of times as wide, else rendered, and the widest where there is only that."""
-        if width > self.preset.sphere_width:
-            return self.render(render_list.widest_sphere(self.preset, place, seed))
+        """Of this width: filtered from the wide one where that is a whole number of times as wide, else rendered, the first frames alone."""
         if not self.preset.is_filtered(width):
-            return self.render(render_list.narrow_sphere(self.preset, place, seed, width))
+            return self.render(render_list.parity_sphere(self.preset, place, seed, width))
         wide = self.render(render_list.wide_sphere(self.preset, place, seed))
         return wide if width == self.preset.sphere_width else self.narrowed(wide, width, seed)
 
@@ -139,15 +137,6 @@ class SceneWork:
         for folder in folders:
             full, thin, out = (self.folder / path / folder for path in (wide, geometry, f"renders/{name}"))
             made_once(out, (full, thin), lambda full=full, thin=thin, out=out: narrow_sequence(full, thin, out))
-        return f"renders/{name}"
-
-    def merged(self, sources, name):
-        """Renders of several seeds as one of all their samples."""
-        folders = sorted(folder.name for folder in (self.folder / sources[0]).iterdir() if folder.is_dir())
-        for folder in folders:
-            inputs = [self.folder / source / folder for source in sources]
-            out = self.folder / f"renders/{name}/{folder}"
-            made_once(out, inputs, lambda inputs=inputs, out=out: merge_sequences(inputs, out))
         return f"renders/{name}"
 
     # -- coding, playing, comparing

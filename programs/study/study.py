@@ -33,7 +33,7 @@ def arguments():
     parser.add_argument("--preset", choices=PRESETS, default="smoke",
                         help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
-    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where, moved and related of smoke")
+    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where, moved, related and window of smoke")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
     parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")

@@ -28,7 +28,7 @@ from tables import write_tables
 def settings(preset, scene):
     """What makes a result of a scene another one: all numbers of the preset, and their seeds."""
     return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(preset).items() if key not in ("scenes", "steps")} | {
-        "widest": vars(preset.widest), "seeds": list(SEEDS), "truth_samples": preset.truth_samples_of(scene)}
+        "parity": vars(preset.parity), "seeds": list(SEEDS), "truth_samples": preset.truth_samples_of(scene)}
 
 
 def tell_how_well_known(result, file):

@@ -8,6 +8,7 @@ from found import coding_name
 from kept import lean_svg
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from pages import counts_text
 from steps import write_whole
 
 COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1", "two-spheres": "#8e44ad", "centre": "#145a32", "centre-told": "#d81b60", "default": "#1a237e", "centre-mesh": "#28b463",
@@ -27,12 +28,8 @@ def log_axis(axis):
     axis.set_minor_formatter(NullFormatter())
 
 
-def point(axes, entry, x, y, narrowest):
-    """Hollow: a sphere of the narrowest width that systems were given."""
-    colour = COLOURS[entry["system"]]
-    hollow = narrowest is not None and entry["width"] == narrowest
-    axes.plot([x], [y], marker=MARKERS.get(coding_name(entry), "P"), color=colour, markeredgecolor=colour, markerfacecolor="white" if hollow else colour,
-              linestyle="none", markersize=6.5, markeredgewidth=1.1, alpha=0.9, zorder=3)
+def point(axes, entry, x, y):
+    axes.plot([x], [y], marker=MARKERS.get(coding_name(entry), "P"), color=COLOURS[entry["system"]], linestyle="none", markersize=6.5, alpha=0.9, zorder=3)
 
 
 def interval(axes, x, ends, colour):
@@ -58,11 +55,9 @@ def front(axes, points):
         axes.step(*zip(*points), where="post", color="#999999", linewidth=1, linestyle=(0, (2, 2)), zorder=2)
 
 
-def legend(figure, systems, titles, codings, widths):
+def legend(figure, systems, titles, codings):
     entries = [Line2D([], [], marker="o", linestyle="none", color=colour, label=titles[name]) for name, colour in COLOURS.items() if name in systems]
     entries += [Line2D([], [], marker=marker, linestyle="none", color="#444444", label=name) for name, marker in MARKERS.items() if name in codings]
-    if len(widths) > 1:
-        entries.append(Line2D([], [], marker="o", linestyle="none", color="#444444", markerfacecolor="white", label=f"hollow: sphere of {widths[0]} columns, else {widths[-1]}"))
     figure.legend(handles=entries, loc="outside lower center", ncol=max(1, int(figure.get_figwidth() / 3.6)), frameon=False, fontsize=8.5)
 
 
@@ -84,7 +79,10 @@ def save(figure, file):
 
 
 def provenance_line(result):
+    """`n` is the result's own, where it is not the preset's. Samples differ from scene to scene: light_text says them."""
     settings, machine = result["settings"], result["machine"]
+    is_parity = result["experiment"] == "parity"
+    n = result["n"] if is_parity else {"frames": settings["frames"], "seeds": len(settings["seeds"])}
+    spheres = "" if is_parity else f"; spheres rendered {settings['sphere_width']} wide"
     beside = "" if settings.get("timed", True) else "; milliseconds of runs beside each other"
-    return (f"{settings['eye'][0]}x{settings['eye'][1]} eyes at {settings['fov_deg']:g} degrees, {settings['eye_samples']} samples a pixel; spheres rendered {settings['sphere_width']} wide at "
-            f"{settings['sphere_samples']}; n = {settings['frames']} frames x {len(settings['seeds'])} seeds; {machine['cpu']}, {machine['cores']} cores{beside}")
+    return f"{settings['eye'][0]}x{settings['eye'][1]} eyes at {settings['fov_deg']:g} degrees{spheres}; n = {counts_text(n)}; {machine['cpu']}, {machine['cores']} cores{beside}"

@@ -8,7 +8,7 @@ import io
 
 import matplotlib.pyplot as plt
 import numpy as np
-from found import ceiling_psnr, db, load, psnr, ssim
+from found import ceiling_psnr, db, light_text, load, psnr, ssim
 from kept import all_pictures
 from PIL import Image
 from render_list import EYES
@@ -16,27 +16,28 @@ from render_list import EYES
 from . import looks
 
 SYSTEMS = {"perspective": "perspective", "sphere-left": "sphere, left eye", "centre": "sphere, centre", "two-spheres": "two spheres"}
+PAPERS = ("perspective", "sphere-left")
+"""Of them, the paper's own, which send a small stream along."""
 STAGES = {"decode": "#7f8c8d", "convert": "#b2babb", "depth": "#1e8449", "reproject": "#2e86c1", "fill": "#d4ac0d"}
 CODEC = "h264"
 
 
 def entries(result, crf):
-    """Of the paper's codec, spheres as wide as the narrowest, which is nearest to the paper's ratio."""
-    width = result["settings"]["system_widths"][0]
-    by_name = {entry["system"]: entry for entry in result["systems"] if entry["codec"] == CODEC and entry["crf"] == crf and entry["width"] in (None, width)}
+    """Of the paper's codec."""
+    by_name = {entry["system"]: entry for entry in result["systems"] if entry["codec"] == CODEC and entry["crf"] == crf}
     return {name: by_name[name] for name in SYSTEMS if name in by_name}
 
 
 def panels_of(results, rows, height):
     figure, panels = plt.subplots(rows, len(results), figsize=(max(3.2 * len(results), 7) + 1, height * rows + 0.8), squeeze=False, sharey="row", layout="constrained")
     for column, result in enumerate(results.values()):
-        panels[0][column].set_title(result["scene"], loc="left")
+        panels[0][column].set_title(result["scene"] + light_text(result), loc="left", fontsize=9)
     return figure, panels
 
 
 def finish(figure, results, words, file):
     first = next(iter(results.values()))
-    looks.title(figure, f"{words} H.264, spheres of {first['settings']['system_widths'][0]} columns; {looks.provenance_line(first)}")
+    looks.title(figure, f"{words} H.264, spheres of {first['settings']['sphere_width']} columns; {looks.provenance_line(first)}")
     looks.save(figure, file)
     plt.close(figure)
 
@@ -82,29 +83,27 @@ def draw_times(results, file):
             values = np.array([entry["ms"][stage] for entry in found.values()])
             bars(panels[0][column], list(found), values, colour, bottom=bottom, label=stage)
             bottom = values if bottom is None else bottom + values
-        looks.level(panels[0][column], next(iter(result["baselines_ms"]["v360"].values())), "v360 of both views")
+        looks.level(panels[0][column], result["baselines_ms"]["v360"][str(result["settings"]["sphere_width"])], "v360 of both views")
     panels[0][0].set_ylabel("ms a frame, both eyes")
     looks.legend_beside(panels[0][-1])
     finish(figure, results, f"The paper's Figure 6, ours, CRF {crf:g}.", file)
 
 
-def draw_bytes(sizes, file):
-    """Figure 5: of pictures with little noise."""
-    figure, panels = panels_of(sizes, 1, 3.2)
-    for column, result in enumerate(sizes.values()):
-        codings = [(row["codec"], row["crf"]) for row in result["rows"] if row["source"] == "perspective"]
-        sources = list(dict.fromkeys(row["source"] for row in result["rows"]))
-        for i, source in enumerate(sources):
-            by = {(row["codec"], row["crf"]): row["bytes_a_frame"] for row in result["rows"] if row["source"] == source}
-            at = np.arange(len(codings)) + 0.8 * (i + 0.5) / len(sources) - 0.4
-            panels[0][column].bar(at, [by[c]["main"] / 1000 for c in codings], width=0.75 / len(sources), color=("#c0392b", "#2e86c1", "#85c1e9")[i % 3], label=source)
-            panels[0][column].bar(at, [by[c].get("small", 0) / 1000 for c in codings], width=0.75 / len(sources), color="#444444",
-                                  bottom=[by[c]["main"] / 1000 for c in codings], label="small stream" if i == 0 else None)
-        panels[0][column].set_xticks(range(len(codings)), [f"{codec}\n{crf:g}" for codec, crf in codings], fontsize=8)
+def draw_bytes(results, file):
+    """Figure 5."""
+    crfs = next(iter(results.values()))["settings"]["crfs"]
+    figure, panels = panels_of(results, 1, 3.2)
+    for column, result in enumerate(results.values()):
+        for i, name in enumerate(PAPERS):
+            tracks = [entries(result, crf)[name]["bytes_a_frame"] for crf in crfs]
+            at = np.arange(len(crfs)) + 0.8 * (i + 0.5) / len(PAPERS) - 0.4
+            main = [by["main"] / 1000 for by in tracks]
+            panels[0][column].bar(at, main, width=0.75 / len(PAPERS), color=("#c0392b", "#2e86c1")[i], label=SYSTEMS[name])
+            panels[0][column].bar(at, [by["small"] / 1000 for by in tracks], width=0.75 / len(PAPERS), color="#444444", bottom=main, label="small stream" if i == 0 else None)
+        panels[0][column].set_xticks(range(len(crfs)), [f"CRF {crf:g}" for crf in crfs], fontsize=8)
     panels[0][0].set_ylabel("kB a frame")
     looks.legend_beside(panels[0][-1])
-    first = next(iter(sizes.values()))
-    finish(figure, sizes, f"The paper's Figure 5, ours: {first['settings']['eye_bytes_samples']} samples a pixel, spheres {first['settings']['bytes_samples']} at {first['settings']['sphere_width']} columns.", file)
+    finish(figure, results, "The paper's Figure 5, ours.", file)
 
 
 def picture(data_uri):
@@ -131,5 +130,4 @@ def draw_all(folder):
             draw_anaglyphs(pictures, folder / "paper-anaglyph")
         draw_quality(systems, folder / "paper-quality")
         draw_times(systems, folder / "paper-times")
-    if sizes := load(folder, "sizes"):
-        draw_bytes(sizes, folder / "paper-bytes")
+        draw_bytes(systems, folder / "paper-bytes")

@@ -1,54 +1,52 @@
-"""Charts of every system, one panel a scene. 1: accuracy against time a frame and against bytes: the whole error, the noise-free one, and PSNR with the truth's own noise.
+"""Charts of every system, one panel a scene. 1: accuracy against time a frame and against bytes: the whole error and the noise-free one.
 Where the error lies: one bar a system, shared out between hidden pixels, mirrors and glass, edges and the rest; how large it is beside it. What is left when
 the head has turned and moved on from where the server thought it was.
 """
 
 import matplotlib.pyplot as plt
 from drawing import pareto
-from found import WHOLE, all_bytes, ceiling_psnr, coding_name, db, interval_db, load, ms, psnr, whole_db
+from found import all_bytes, ceiling_psnr, coding_name, db, interval_db, light_text, load, ms, seen_db, seen_interval_db, titles_of
 from tables.where import by_head, head_text, kinds_of, shares
 
 from . import looks
 
-KINDS = {"whole, dB (linear)": whole_db, "noise-free, dB (linear)": db, "PSNR, dB": psnr}
-COSTS = {"time": (ms, "client, ms a frame (both eyes)"), "bytes": (all_bytes, "bytes a frame, all tracks, noise and all")}
+KINDS = {"whole error of display values, dB": (seen_db, seen_interval_db), "noise-free, dB (linear)": (db, interval_db)}
+COSTS = {"time": (ms, "client, ms a frame (both eyes)"), "bytes": (all_bytes, "bytes a frame, all tracks")}
 
 
-def draw_accuracy_panel(axes, result, cost, accuracy):
-    narrowest = result["settings"]["system_widths"][0] if len(result["settings"]["system_widths"]) > 1 else None
+def of_one_width(result):
+    """Older results have narrower spheres too."""
+    return [entry for entry in result["systems"] if entry["width"] in (None, result["settings"]["sphere_width"])]
+
+
+def draw_accuracy_panel(axes, result, cost, accuracy, interval):
     points = []
-    for entry in result["systems"]:
+    for entry in of_one_width(result):
         x, y = cost(entry), accuracy(entry)
         if x is None or y is None or y > looks.HIGHEST_DB:
             continue
-        looks.point(axes, entry, x, y, narrowest)
-        if accuracy is not psnr:
-            looks.interval(axes, x, interval_db(entry, kind=WHOLE) if accuracy is whole_db else interval_db(entry), looks.COLOURS[entry["system"]])
+        looks.point(axes, entry, x, y)
+        looks.interval(axes, x, interval(entry), looks.COLOURS[entry["system"]])
         points.append((x, y))
     looks.front(axes, pareto(points))
 
 
 def draw_accuracy(results, cost, label, file):
     plt.rcParams.update(looks.STYLE)
-    kinds = {kind: accuracy for kind, accuracy in KINDS.items() if any(accuracy(entry) is not None for result in results.values() for entry in result["systems"])}
-    figure, panels = plt.subplots(len(kinds), len(results), figsize=(max(3.5 * len(results), 7), 4.2 * len(kinds)), squeeze=False, sharey="row", layout="constrained")
+    figure, panels = plt.subplots(len(KINDS), len(results), figsize=(max(3.5 * len(results), 7), 4.2 * len(KINDS)), squeeze=False, sharey="row", layout="constrained")
     for column, result in enumerate(results.values()):
-        for row, (kind, accuracy) in enumerate(kinds.items()):
+        for row, (kind, known) in enumerate(KINDS.items()):
             axes = panels[row][column]
             axes.set_xscale("log")
-            draw_accuracy_panel(axes, result, cost, accuracy)
+            draw_accuracy_panel(axes, result, cost, *known)
             looks.log_axis(axes.xaxis)
-            ceiling = ceiling_psnr(result)
-            if accuracy is psnr:
-                looks.level(axes, ceiling, f"truth against truth: {ceiling:.1f} dB")
-            else:
-                looks.ceiling_note(axes, ceiling)
+            looks.ceiling_note(axes, ceiling_psnr(result))
             panels[row][0].set_ylabel(kind)
-        panels[0][column].set_title(f"{result['scene']}, {result['settings']['frames']} frames", loc="left")
+        panels[0][column].set_title(f"{result['scene']}, {result['settings']['frames']} frames{light_text(result)}", loc="left")
         panels[-1][column].set_xlabel(label)
     first = next(iter(results.values()))
-    entries = [entry for result in results.values() for entry in result["systems"] if cost(entry) is not None]
-    looks.legend(figure, {entry["system"] for entry in entries}, first["titles"], {coding_name(entry) for entry in entries}, first["settings"]["system_widths"])
+    entries = [entry for result in results.values() for entry in of_one_width(result) if cost(entry) is not None]
+    looks.legend(figure, {entry["system"] for entry in entries}, titles_of(results), {coding_name(entry) for entry in entries})
     looks.title(figure, looks.provenance_line(first) + f". Dashed steps: Pareto front; lines: 95 % of the noise. Not drawn: above {looks.HIGHEST_DB} dB.")
     looks.save(figure, file)
     plt.close(figure)
@@ -127,7 +125,7 @@ def draw_moved(folder):
     panels[0][0].set_ylabel("noise-free, dB (linear), both eyes")
     first = next(iter(results.values()))
     found = {entry["system"] for result in results.values() for entry in result["systems"]}
-    looks.legend(figure, found, first["titles"], (), (None,))
+    looks.legend(figure, found, first["titles"], ())
     looks.title(figure, looks.provenance_line(first) + f", of which here one frame. Uncoded, spheres {first['settings']['sphere_width']} wide. How far the head has gone from where it was told. Lines: 95 % of the noise. "
                 f"Not drawn: above {looks.HIGHEST_DB} dB.")
     looks.save(figure, folder / "moved")

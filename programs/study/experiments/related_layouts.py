@@ -224,7 +224,7 @@ def beyond_share(eyes):
 
 def layout_points(work, crfs):
     """Each layout before coding (crf None) and at each of `crfs`: bytes a frame, noise-free error of the left eye."""
-    chosen = layouts(work.preset.system_widths[0])
+    chosen = layouts(work.preset.half_width)
     checked, eyes = make_layouts(work, chosen), {seed: eyes_of(work, seed) for seed in SEEDS}
     points = []
     for layout in chosen:
@@ -248,7 +248,7 @@ def layout_points(work, crfs):
 
 def latitude_points(work, crfs):
     """Bytes of an equirect picture's rows up to some latitude; make_layouts() made it."""
-    whole = layouts(work.preset.system_widths[0])[0]
+    whole = layouts(work.preset.half_width)[0]
     height, points = whole.size[1], []
     for crf in crfs:
         for latitude_deg in (90, *LATITUDES_DEG):

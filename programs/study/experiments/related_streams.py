@@ -10,7 +10,6 @@ from presets import SEEDS
 from render_list import EYES
 
 from .related_video import coded, counted, ffmpeg, file_of, indices, mean_bytes, psnr, shown, write
-from .sizes import low_noise
 from .systems import SYSTEMS, Coding, Player
 
 # As the paper's first system, but that nothing comes along for gaps: the difference shows what is there.
@@ -115,11 +114,10 @@ def difference_points(work, crfs):
 # -- motion vectors
 
 def motion_sources(work):
-    """What is coded, with as little noise as there is, in which no motion can be found: the left eye's view, which moves, and the sphere, which does not turn with the head."""
-    width = work.preset.system_widths[0]
-    view, wide = low_noise(work)
-    return {"left view": shown(work, f"{view}/left", "related/left-all"),
-            f"sphere, {width} columns": shown(work, f"{work.narrowed(wide, width, SEEDS[0])}/left", f"related/sphere-{width}-all")}
+    """The left eye's view, which moves, and the sphere, which does not turn with the head."""
+    width = work.preset.half_width
+    return {"left view": shown(work, f"{work.perspective(SEEDS[0])}/left", "related/left-view"),
+            f"sphere, {width} columns": shown(work, f"{work.sphere('left', width, SEEDS[0])}/left", f"related/sphere-{width}")}
 
 
 def search_points(work):
@@ -142,7 +140,7 @@ def digest(work, stream, *options, source="streams/vectors.h264", before=()):
 def let_through(work):
     """Whether libx264 by libavcodec heeds a decoded frame's motion vectors (AV_FRAME_DATA_MOTION_VECTORS), and, beside them, regions of interest: does the
     stream differ where frames bring them along? That vectors are there is seen where they are drawn."""
-    coded(work, "related/left-all", work.preset.crfs[0], "related/vectors")
+    coded(work, "related/left-view", work.preset.crfs[0], "related/vectors")
     again, vectors = ("-c:v", "libx264", "-crf", work.preset.crfs[0], "-threads", "1"), ("-flags2", "+export_mvs")
     plain, _ = digest(work, "streams/vectors-none.h264", *again)
     with_vectors, command = digest(work, "streams/vectors-along.h264", *again, before=vectors)

@@ -33,9 +33,9 @@ class System:
     in_full: bool = True
     """In every coding; else before coding and in the first alone, or not even in that where a preset has few values of everything."""
     by_default: bool = False
-    """Rendered with the tracks that play fills gaps from, coded and played as programs do unless told otherwise; at the preset's own width alone."""
+    """Rendered with the tracks that play fills gaps from, coded and played as programs do unless told otherwise."""
     told: bool = False
-    """The sphere tells of mirrors and glass (AOVs specular and virtual), at the preset's own width alone, where the scene has any."""
+    """The sphere tells of mirrors and glass (AOVs specular and virtual), where the scene has any."""
 
     @property
     def is_sphere(self):
@@ -77,10 +77,11 @@ class Player:
     """Plays systems of one scene, whatever they are made of; `frames` are some of the preset's, for which all is as short. For the heads that sources
     were rendered at, or for those of the path `head`."""
 
-    def __init__(self, work, frames=None, head=None):
+    def __init__(self, work, frames=None, head=None, seeds=SEEDS):
         self.work = work
         self.frames = frames
         self.head = head
+        self.seeds = seeds
 
     def sources(self, system, width, seed):
         """What is played, one folder for each that eyes have of their own."""
@@ -144,15 +145,16 @@ class Player:
             return self.play(system, width, coding, seed, timed)
 
         self.work.description  # a bundled scene is generated before two ask for it
-        return zip(*(map(played, SEEDS) if timed else self.work.steps.side_by_side(played, SEEDS)))
+        alone = timed or len(self.seeds) == 1
+        return zip(*(map(played, self.seeds) if alone else self.work.steps.side_by_side(played, self.seeds)))
 
     def score(self, system, width, coding, timed=False):
-        """Of both seeds."""
+        """Of all seeds: the noise-free error takes two."""
         views, said = self.play_seeds(system, width, coding, timed)
-        name = views[0].removeprefix("views/")
+        name, judge = views[0].removeprefix("views/"), self.work.beside if len(views) > 1 else self.work.wholly
         return {"system": system.name, "width": width if system.is_sphere else None, "codec": coding.codec if coding else None,
-                 "crf": coding.crf if coding else None, "n": {"frames": said[0][0]["frames"], "seeds": len(SEEDS)}, "views": list(views),
-                 **cost(said), **self.work.scored(name, views, self.frames)}
+                 "crf": coding.crf if coding else None, "n": {"frames": said[0][0]["frames"], "seeds": len(views)}, "views": list(views),
+                 **cost(said), **judge(name, views, self.work.truths(), self.frames)}
 
 
 DECODING = ("decode", "convert")
@@ -198,18 +200,16 @@ def cost(said):
 def baselines(work, player, coding):
     """Of the sphere at the head's centre, by its width."""
     turned = next(system for system in SYSTEMS if system.name == "centre-turned")
-    found = {"copy": copy_ms(work.preset.eye), "v360": {}}
-    for width in work.preset.system_widths:
-        source = work.sphere("centre", width, SEEDS[0])
-        stream, _ = player.encoded(turned, source, coding, source.removeprefix("renders/"))
-        found["v360"][width] = v360_ms(work.folder / stream, work.preset.eye, work.preset.fov_deg)
-    return found
+    width = work.preset.sphere_width
+    source = work.sphere("centre", width, SEEDS[0])
+    stream, _ = player.encoded(turned, source, coding, source.removeprefix("renders/"))
+    return {"copy": copy_ms(work.preset.eye), "v360": {width: v360_ms(work.folder / stream, work.preset.eye, work.preset.fov_deg)}}
 
 
 def anaglyph(work, player, coding):
     """The paper's Figure 1: of the sphere at the head's centre, coded."""
     system = next(system for system in SYSTEMS if system.name == "centre")
-    source = work.sphere("centre", work.preset.system_widths[-1], SEEDS[0])
+    source = work.sphere("centre", work.preset.sphere_width, SEEDS[0])
     stream, _ = player.encoded(system, source, coding, source.removeprefix("renders/"))
     view, played = work.play("anaglyph", stream, *system.play, *player.depth_words(system, coding), "--layout", "anaglyph")
     return {"view": view, "command": played["command"]}
@@ -220,20 +220,13 @@ def systems_of(work):
     return [system for system in SYSTEMS if not system.told or work.tells_of_mirrors("centre")]
 
 
-def widths_of(system, preset):
-    if not system.is_sphere:
-        return (None,)
-    return (preset.sphere_width,) if system.told or system.by_default else preset.system_widths
-
-
 def run(work):
     player, preset = Player(work), work.preset
     entries = []
     for system in systems_of(work):
         chosen = codings(preset) if system.in_full else codings(preset)[:2 if preset.every_value else 1]
-        for width in widths_of(system, preset):
-            entries += [player.score(system, width, coding, preset.timed) for coding in chosen]
-    truths = [work.truth(seed) for seed in SEEDS]
+        entries += [player.score(system, preset.sphere_width, coding, preset.timed) for coding in chosen]
+    truths = work.truths()
     seen = work.steps.side_by_side(lambda entry: perceived(work.folder, entry["views"], truths, preset.focal_px), entries)
     for entry, figures in zip(entries, seen):
         entry["perceived"] = figures

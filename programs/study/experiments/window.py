@@ -67,8 +67,7 @@ class Source:
 def sources(work):
     preset = work.preset
     yield Source("base", f"sphere of {preset.base_width} columns", lambda seed: work.render(render_list.base(preset, seed)))
-    half = preset.sphere_width // 2
-    for width in (half, preset.sphere_width):
+    for width in (preset.half_width, preset.sphere_width):
         yield Source(f"sphere-{width}", f"sphere of {width} columns", lambda seed, width=width: work.sphere("centre", width, seed))
     yield Source("margin", f"view of {render_list.MARGIN_VIEW_DEG} degrees", lambda seed: work.render(render_list.margin_view(preset, seed)))
     for columns, across, high in preset.windows:

@@ -2,9 +2,9 @@
 look at all scenes. There text around its markers is left alone; a page without them is, too.
 """
 
-from curves import AXES, REFERENCES, SPHERE, matching, parity_of, rates_of
-from found import all_bytes, load, ms
-from pages import cell, kinds_short, kinds_text, place, table
+from curves import AXES, REFERENCES, SPHERE, matching, parity_of
+from found import all_bytes, db, light_text, load, ms, seen_db, titles_of
+from pages import cell, counts_text, kinds_text, place, table
 from rates import CLOSE_DB, knee, least_within
 from steps import write_whole
 
@@ -24,17 +24,10 @@ def pixels_times(settings, width, reference):
 def parity_rows(results):
     for scene, result in results.items():
         for reference in REFERENCES:
-            for row, on_display in zip(parity_of(result, "first", SPHERE, reference), parity_of(result, "first", SPHERE, reference, scale="display")):
+            for row in parity_of(result, SPHERE, reference):
                 width, fewest = row["width"], row["fewest_bytes_width"]
-                yield [scene, reference, f"{row['crf']:g}", cell(row["whole_db"]), cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), width_text(on_display), cell(row["fewest_bytes"], 0),
+                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), cell(row["fewest_bytes"], 0),
                        str(fewest or "-"), ratio_text(row), cell(fewest and pixels_times(result["settings"], fewest, reference))]
-
-
-def rate_rows(results):
-    for scene, result in results.items():
-        for reference in REFERENCES:
-            for row in rates_of(result, "all", SPHERE, reference):
-                yield [scene, reference, str(row["width"]), cell(row["width"] / matching(result["settings"])), cell(row["bd_rate_percent"], 1), cell(row["bd_db"])]
 
 
 def counted(results, n):
@@ -61,11 +54,10 @@ def draw_rows(results):
 def write_tables(folder):
     systems, parity = load(folder, "systems"), load(folder, "parity")
     fill_conclusion(folder, systems, parity)
-    parts = system_parts(systems, load(folder, "sizes"))
+    parts = system_parts(systems)
     parts += where_parts(load(folder, "where")) + moved_parts(load(folder, "moved"))
     if parity:
-        parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "whole dB", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "columns by display values", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
-                  "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
+        parts += ["## Parity, both eyes, whole error of display values", counted(parity, lambda result: f"{counts_text(result['n'])}, from frame {result['frames'].split('-')[0]} on"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
         n = counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds")
         parts += ["## The client's depth: milliseconds a frame of both eyes, uncoded; OpenGL in software", n, table(["scene", "depth by", "ms a frame", "whole / noise-free dB [95 %]"], list(draw_rows(parsimony))),
@@ -80,25 +72,24 @@ def write_tables(folder):
 CODING = ("h264", 24)
 
 
-def coded_entry(entries, system, width):
-    """At CODING."""
-    return next((entry for entry in entries if entry["system"] == system and entry["width"] == width and (entry["codec"], entry["crf"]) == CODING), None)
+def coded_entry(result, system):
+    """At CODING, of the widest sphere: results from before light was denoised have narrower ones too."""
+    widths = None, result["settings"]["sphere_width"]
+    return next((entry for entry in result["systems"] if entry["system"] == system and entry["width"] in widths and (entry["codec"], entry["crf"]) == CODING), None)
 
 
 def figures_text(entry):
-    """"whole / noise-free dB, kB, ms"."""
-    return "-" if entry is None else f"{kinds_short(entry)}, {all_bytes(entry) / 1000:,.0f} kB, {cell(ms(entry), 0)} ms"
+    """"whole error of display values / noise-free error of linear ones, kB, ms"."""
+    return "-" if entry is None else f"{cell(seen_db(entry), 1)} / {cell(db(entry), 1)} dB, {all_bytes(entry) / 1000:,.0f} kB, {cell(ms(entry), 0)} ms"
 
 
 def systems_table(results):
-    entries = [entry for result in results.values() for entry in result["systems"]]
     rows = []
-    for system, title in next(iter(results.values()))["titles"].items():
-        for width in dict.fromkeys(entry["width"] for entry in entries if entry["system"] == system):
-            found = [coded_entry(result["systems"], system, width) for result in results.values()]
-            if any(found):
-                rows.append([title, str(width or "-"), *map(figures_text, found)])
-    return table(["system", "columns", *results], rows)
+    for system, title in titles_of(results).items():
+        found = [coded_entry(result, system) for result in results.values()]
+        if any(found):
+            rows.append([title, *map(figures_text, found)])
+    return table(["system", *(f"{scene}{light_text(result)}" for scene, result in results.items())], rows, labels=1)
 
 
 def width_text(row):
@@ -117,9 +108,9 @@ def parity_table(results):
     rows = []
     for scene, result in results.items():
         for reference, title in REFERENCES.items():
-            for row in parity_of(result, "first", SPHERE, reference):
-                rows.append([scene, title, f"{row['crf']:g}", cell(row["whole_db"], 1), cell(row["db"], 1), width_text(row), cell(row["width"] and row["width"] / matching(result["settings"])), ratio_text(row, 1)])
-    return table(["scene", "equal to", "CRF of both", "whole dB", "dB", "columns [95 %]", "of 2 pi f", "bytes, times"], rows)
+            for row in parity_of(result, SPHERE, reference):
+                rows.append([scene, title, f"{row['crf']:g}", cell(row["db"], 1), width_text(row), cell(row["width"] and row["width"] / matching(result["settings"])), ratio_text(row, 1)])
+    return table(["scene", "equal to", "CRF of both", "dB", "columns [95 %]", "of 2 pi f", "bytes, times"], rows)
 
 
 def fill_conclusion(folder, systems, parity):

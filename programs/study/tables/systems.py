@@ -1,7 +1,7 @@
 """Tables of what every system did: accuracy in all measures, time and bytes; scenes (the paper's Table 1) and bytes (its Table 2) beside the paper's."""
 
 from experiments.systems import DECODING, STAGES, client_ms, faster
-from found import KINDS, NOISE_FREE, all_bytes, ceiling_psnr, coding_name, decibels, error, gap_error, ms, psnr, ssim, together
+from found import KINDS, NOISE_FREE, all_bytes, ceiling_psnr, coding_name, decibels, error, gap_error, light_text, ms, psnr, ssim, together
 from pages import both_kinds, cell, error_short, error_text, table
 from render_list import EYES
 
@@ -120,45 +120,30 @@ def scenes(systems):
                  [scene_row(scene, result["scene_info"]) for scene, result in systems.items()])
 
 
-def bytes_rows(sizes):
-    for scene, result in sizes.items():
-        views = {(row["codec"], row["crf"]): row for row in result["rows"] if row["source"] == "perspective"}
-        for row in result["rows"]:
-            if row["source"] == "perspective":
-                continue
-            view, megabytes = views[row["codec"], row["crf"]], lambda of, track: of["bytes_a_frame"].get(track, 0) * FRAMES / 1e6
-            ratio = row["bytes_a_frame"]["main"] / view["bytes_a_frame"]["main"]
-            theirs = paper_streams(scene, row["crf"]) if row["codec"] == "h264" else None
-            yield [scene, row["source"], row["codec"], f"{row['crf']:g}", cell(megabytes(view, "main")), cell(megabytes(view, "small"), 3), cell(megabytes(row, "main")), cell(megabytes(row, "small"), 3),
-                   cell(ratio), cell(row["ws_psnr_db"], 1), *([f"{size:g}" for size in theirs] + [cell(theirs[2] / theirs[0])] if theirs else ["-"] * 5), f"{view['samples']:.0f} / {row['samples']:.0f}"]
+def bytes_rows(results):
+    for scene, result in results.items():
+        coded = {(entry["system"], entry["crf"]): entry["bytes_a_frame"] for entry in result["systems"] if entry["codec"] == "h264"}
+        for crf in result["settings"]["crfs"]:
+            ours = [coded[system, crf][track] * FRAMES / 1e6 for system in ("perspective", "sphere-left") for track in ("main", "small")]
+            theirs = paper_streams(scene, crf)
+            yield [scene, f"{crf:g}", *map(megabytes_text, ours), cell(ours[2] / ours[0]), *([f"{size:g}" for size in theirs] + [cell(theirs[2] / theirs[0])] if theirs else ["-"] * 5)]
 
 
-def sizes_table(sizes):
+def megabytes_text(size):
+    return f"{size:.3g}"
+
+
+def bytes_table(results):
     """Table 2."""
-    return table(["scene", "sphere", "codec", "CRF", f"perspective, MB per {FRAMES} frames (scaled from n)", "its small stream", "sphere", "its small stream", "sphere / perspective",
-                  "WS-PSNR of coding alone, dB", "the paper's perspective, MB", "its small stream", "its sphere", "its small stream", "sphere / perspective", "samples a pixel"],
-                 list(bytes_rows(sizes)), labels=3)
+    return table(["scene", "CRF", f"perspective, MB per {FRAMES} frames (scaled from n)", "its small stream", "sphere", "its small stream", "sphere / perspective",
+                  "the paper's perspective, MB", "its small stream", "its sphere", "its small stream", "sphere / perspective"], list(bytes_rows(results)))
 
 
-def lock_rows(sizes):
-    for scene, result in sizes.items():
-        by = {(row["lock"], row["codec"], row["crf"]): row["bytes_a_frame"]["main"] for row in result["locks"]}
-        for lock, codec, crf in by:
-            if lock == "world":
-                yield [scene, codec, f"{crf:g}", cell(by[lock, codec, crf], 0), cell(by["path", codec, crf], 0), cell(by[lock, codec, crf] / by["path", codec, crf])]
-
-
-def locks_table(sizes):
-    return table(["scene", "codec", "CRF", "world-locked, bytes a frame", "path-locked", "world / path"], list(lock_rows(sizes)))
-
-
-def parts(systems, sizes):
+def parts(systems):
     """Sections of tables.md."""
-    found = []
-    if systems:
-        found += ["## Scenes (the paper's Table 1)", scenes(systems)]
-        for scene, result in systems.items():
-            found += [f"## Systems in {scene}", systems_of(scene, result)]
-    if sizes:
-        found += ["## Bytes (the paper's Table 2)", sizes_table(sizes), "## World-locked and path-locked", locks_table(sizes)]
-    return found
+    if not systems:
+        return []
+    found = ["## Scenes (the paper's Table 1)", scenes(systems)]
+    for scene, result in systems.items():
+        found += [f"## Systems in {scene}{light_text(result)}", systems_of(scene, result)]
+    return [*found, "## Bytes (the paper's Table 2)", bytes_table(systems)]

@@ -22,6 +22,7 @@ DRAWN = {
     "reliability": ["tests/study/reproject/reliability_page.py", "reproject"],
     "renderer": ["tests/study/renderer/report.py", "--results", "renderer", "--page", "renderer.md"],
     "denoise": ["tests/study/renderer/denoise.py", "--page", "--out", "denoise.json"],
+    "denoise, seam": ["tests/study/renderer/seam.py", "--page", "--out", "denoise.json"],
     "accumulate": ["tests/study/renderer/accumulate.py", "--page", "--out", "accumulate.json"],
     "mitsuba": ["tests/study/hosts/report.py", "--results", "mitsuba", "--page", "mitsuba.md"],
     "viewer, speed": ["tests/study/viewer/speed.py", "--page", "viewer.md"],

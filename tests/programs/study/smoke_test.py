@@ -96,9 +96,12 @@ class Smoke(unittest.TestCase):
                 self.assertEqual(entry[kind]["left"]["flicker"]["motion"], "exact")
         fewest, *_, most = (point["whole"]["left"]["whole"]["linear"]["db"] for point in self.result("parsimony")["samples"])
         self.assertGreater(most, fewest + 0.5, "samples count")
-        for entry in self.result("parity")["all"]:
+        parity = self.result("parity")["entries"]
+        for entry in parity:
             self.assertEqual("bytes_a_frame" in entry, entry["codec"] is not None)
-        by_crf = {entry["crf"]: sum(entry["bytes_a_frame"].values()) for entry in self.result("parity")["all"] if entry["system"] == "perspective" and entry["codec"]}
+        by_width = {entry["width"]: entry["whole"]["left"]["whole"]["display"]["db"] for entry in parity if entry["system"] == "centre" and entry["codec"] is None}
+        self.assertGreater(by_width[1024], by_width[640], "width counts")
+        by_crf = {entry["crf"]: sum(entry["bytes_a_frame"].values()) for entry in parity if entry["system"] == "perspective" and entry["codec"]}
         self.assertEqual(sorted(by_crf, key=by_crf.get, reverse=True), sorted(by_crf))
         falls = self.result("stability", "generated")["breakers"]["near"]["falls"]
         self.assertEqual(falls["rotation"]["3"], "0.1", "the hardest value, which is the only one")
@@ -117,7 +120,7 @@ class Smoke(unittest.TestCase):
         self.assertIn(f'src="pictures/{SCENE}.js"', page)
         self.assertGreater((self.out / f"pictures/{SCENE}.js").read_text().count("data:image/"), 20)
         tables = (self.out / "tables.md").read_text()
-        for section in ("Scenes", "Systems in pavilion", "Bytes", "Parity", "Bytes beside it", "The knee"):
+        for section in ("Scenes", "Systems in pavilion", "Bytes", "Parity", "The knee"):
             self.assertIn(f"## {section}", tables)
         row = next(line.split(" | ") for line in tables.splitlines() if line.startswith("| both eyes rendered and coded | uncoded"))
         self.assertRegex(row[7], r"^\d+\.\d\d \[\d+\.\d\d, \d+\.\d\d\]$", "the whole error comes first")
