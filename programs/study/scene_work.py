@@ -83,7 +83,7 @@ class SceneWork:
     def render_record(self, step):
         """What render() or render_part() left of it: `step` is render-NAME or part-NAME-FIRST-LAST."""
         record = json.loads((self.folder / f"steps/{step}.json").read_text())
-        return {**json.loads(self.steps.output_of(step)), **record}
+        return {**record, **json.loads(self.steps.output_of(step)), "command": record["command"]}
 
     def render_records(self):
         steps = sorted(file.stem for kind in ("render", "part") for file in (self.folder / "steps").glob(f"{kind}-*.json"))
