@@ -242,19 +242,6 @@ Frame convert_frame(const std::vector<const ForeignExr*>& files, const ChannelMa
     return frame;
 }
 
-namespace {
-
-template <typename Sample>
-Image<Sample> part_of(const Image<Sample>& whole, const WindowGrid& grid, WindowPlace place) {
-    Image<Sample> part(grid.width, grid.height, whole.channels());
-    const std::size_t row = std::size_t(grid.width) * std::size_t(whole.channels());
-    for (int y = 0; y < grid.height; ++y)
-        std::copy_n(whole.pixel(place.x, place.y + y), row, part.pixel(0, y));
-    return part;
-}
-
-}  // namespace
-
 std::optional<std::pair<WindowGrid, WindowPlace>> window_of(const std::vector<const ForeignExr*>& files,
                                                             bool mirrored) {
     int left = 0, top = 0, right = files.front()->width(), bottom = files.front()->height();
@@ -276,9 +263,9 @@ std::optional<std::pair<WindowGrid, WindowPlace>> window_of(const std::vector<co
 
 void cut_out(const WindowGrid& grid, WindowPlace place, Frame& frame) {
     for (auto& [name, plane] : frame.planes)
-        plane = part_of(plane, grid, place);
+        plane = window_pixels(plane, grid, place);
     for (auto& [name, plane] : frame.ids)
-        plane = part_of(plane, grid, place);
+        plane = window_pixels(plane, grid, place);
     frame.info.camera = window_camera(grid, place);
 }
 

@@ -52,16 +52,6 @@ FloatImage coarser_distances(const FloatImage& sphere_m, int columns) {
     return base_m;
 }
 
-template <typename T>
-Image<T> part_of(const Image<T>& image, const WindowGrid& grid, WindowPlace place) {
-    if (image.empty())
-        return {};
-    Image<T> part(grid.width, grid.height, image.channels());
-    for (int y = 0; y < grid.height; ++y)
-        std::copy_n(image.pixel(place.x, place.y + y), grid.width * image.channels(), part.view().row(y));
-    return part;
-}
-
 /// The sphere that all tiles of `sphere` lie in.
 Picture base_of(const Picture& sphere, const FloatImage& linear, int columns, const ColourCoding& coding) {
     Picture base;
@@ -155,10 +145,10 @@ std::vector<Picture> in_tiles(std::vector<Picture> pictures, const TilePlan& pla
         tile.tile = std::size_t(i);
         tile.info = sphere.info;
         tile.info.camera = window_camera(grid, place);
-        tile.rgb = part_of(sphere.rgb, grid, place);
-        tile.pq = part_of(sphere.pq, grid, place);
+        tile.rgb = window_pixels(sphere.rgb, grid, place);
+        tile.pq = window_pixels(sphere.pq, grid, place);
         for (const auto& [track, distances_m] : sphere.distances_m)
-            tile.distances_m.emplace_back(track, part_of(distances_m, grid, place));
+            tile.distances_m.emplace_back(track, window_pixels(distances_m, grid, place));
     }
     return pictures;
 }

@@ -78,6 +78,17 @@ inline EquirectCamera window_camera(const WindowGrid& grid, WindowPlace place) {
     return {grid.width, grid.height, window_range(grid, place)};
 }
 
+/// A window's pixels of a picture of the whole sphere, which do not cross its seam; nothing of an empty picture.
+template <typename Sample>
+Image<Sample> window_pixels(const Image<Sample>& sphere, const WindowGrid& grid, WindowPlace place) {
+    if (sphere.empty())
+        return {};
+    Image<Sample> part(grid.width, grid.height, sphere.channels());
+    for (int y = 0; y < grid.height; ++y)
+        std::copy_n(sphere.pixel(place.x, place.y + y), grid.width * sphere.channels(), part.view().row(y));
+    return part;
+}
+
 /// A window straight ahead: what all windows of a sequence are told by, wherever they are.
 inline EquirectCamera window_shape(const WindowGrid& grid) {
     const double half_width = grid.width * pi / grid.columns, half_height = grid.height * pi / grid.columns;
