@@ -7,11 +7,10 @@
 /// `base`      the coarse sphere around a window: all that lies beyond the window's border, as the engine shows the
 ///             sphere alone. Along the border both are mixed, so that it is not seen. Gaps within are filled too, but
 ///             for those of mirrors. Nothing is done where only the window is in view.
-/// `earlier`   earlier main pictures; on the processor windows that the gaze has left, too. A sample counts only where
-///             its surface is still the same by depth agreement: what moved since is refused. So is a window that the
-///             gaze has left where the base has another colour by now. (Streams carry no motion, so nothing is carried
-///             along with an object, and what slides within its own surface, a shadow or a picture on a screen, is not
-///             noticed.)
+/// `earlier`   earlier main pictures, and windows that the gaze has left. A sample counts only where its surface is
+///             still the same by depth agreement: what moved since is refused. So is a window that the gaze has left
+///             where the base has another colour by now. (Streams carry no motion, so nothing is carried along with an
+///             object, and what slides within its own surface, a shadow or a picture on a screen, is not noticed.)
 /// `small`     the small second-eye view. Exact in position for the eye it was rendered from; the other eye gets what
 ///             that eye sees too.
 /// `small-wide` the same, but only in gaps that hold a square half as wide as one of its pixels.
@@ -43,6 +42,9 @@
 namespace equistream {
 
 struct PatchAtlas;
+
+/// Two spheres of 8 bits that differ by more show other light: what coding and noise make of the same is less.
+inline constexpr float changed_light = 24;
 
 /// One picture that holds all patches of a frame (patches.h).
 struct PatchesView {

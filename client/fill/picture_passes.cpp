@@ -104,13 +104,10 @@ public:
     bool at(int x, int y) const {
         const float inverse = seen_.inverse_planar.pixel(x, y)[0];
         const glm::vec3 apart = abs(then_.colour(x, y, inverse) - now_.colour(x, y, inverse));
-        return std::max({apart.x, apart.y, apart.z}) > coding_and_noise;
+        return std::max({apart.x, apart.y, apart.z}) > changed_light;
     }
 
 private:
-    /// What two pictures of the same differ by, of 255.
-    static constexpr float coding_and_noise = 24;
-
     class Base {
     public:
         Base(const SourceView& view, const EyeView& eye)

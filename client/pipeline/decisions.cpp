@@ -5,6 +5,9 @@
 
 #include <client/stages/stages.h>
 
+#include <cmath>
+#include <variant>
+
 namespace equistream {
 
 TrackRoles unneeded_roles(const PipelineChoice& choice) {
@@ -38,6 +41,18 @@ bool counts_as_earlier(double earlier_s, double shown_s) {
 bool counts_as_left(double earlier_s, double shown_s) {
     constexpr double max_age_s = 10;
     return earlier_s < shown_s && shown_s - earlier_s <= max_age_s;
+}
+
+bool mostly_overlap(const Camera& a, const Camera& b) {
+    const auto *one = std::get_if<EquirectCamera>(&a), *other = std::get_if<EquirectCamera>(&b);
+    if (one == nullptr || other == nullptr)
+        return true;
+    const auto middle = [](double from, double to) { return 0.5 * (from + to); };
+    const LongitudeLatitudeRange &r = one->range, &s = other->range;
+    const double apart_rad = std::abs(
+        std::remainder(middle(r.longitude_min, r.longitude_max) - middle(s.longitude_min, s.longitude_max), 2 * pi));
+    const double above_rad = std::abs(middle(r.latitude_min, r.latitude_max) - middle(s.latitude_min, s.latitude_max));
+    return apart_rad < 0.5 * r.longitude_span() && above_rad < 0.5 * r.latitude_span();
 }
 
 ReliabilityOptions confidence_options(const FrameInfo& main, bool by_frames_depth, MirrorTreatment mirrors) {

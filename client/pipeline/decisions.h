@@ -35,6 +35,9 @@ bool counts_as_earlier(double earlier_s, double shown_s);
 /// The same of a window that the gaze has left, whose light is held to the base's: ten seconds.
 bool counts_as_left(double earlier_s, double shown_s);
 
+/// Whether two windows of one sphere show more of the same than not.
+bool mostly_overlap(const Camera& a, const Camera& b);
+
 /// What confidence is told of the main picture. `by_frames_depth`: eyes are reprojected by the depth that came with the
 /// frame, whose code may be off; else by depth that has no such error.
 ReliabilityOptions confidence_options(const FrameInfo& main, bool by_frames_depth, MirrorTreatment mirrors);

@@ -34,21 +34,6 @@ namespace {
 
 /// "Current and previous", as the paper, and one more: at 30 frames a second the head has moved 3 cm in two.
 constexpr std::size_t kept_frames = 2;
-/// Of those that the gaze has left: a third of a turn to each side.
-constexpr std::size_t kept_windows = 4;
-
-/// Whether two windows of one sphere show more of the same than not.
-bool mostly_overlap(const FrameInfo& a, const FrameInfo& b) {
-    const auto *one = std::get_if<EquirectCamera>(&a.camera), *other = std::get_if<EquirectCamera>(&b.camera);
-    if (one == nullptr || other == nullptr)
-        return true;
-    const auto middle = [](double from, double to) { return 0.5 * (from + to); };
-    const LongitudeLatitudeRange &r = one->range, &s = other->range;
-    const double apart_rad = std::abs(
-        std::remainder(middle(r.longitude_min, r.longitude_max) - middle(s.longitude_min, s.longitude_max), 2 * pi));
-    const double above_rad = std::abs(middle(r.latitude_min, r.latitude_max) - middle(s.latitude_min, s.latitude_max));
-    return apart_rad < 0.5 * r.longitude_span() && above_rad < 0.5 * r.latitude_span();
-}
 
 ImageView<const float> view_of(const FloatImage& image) {
     return image.empty() ? ImageView<const float>{} : image.view();
@@ -109,10 +94,9 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     for (const Earlier& earlier : earlier_)
         if (counts_as_earlier(earlier.picture->info.time_s, frame.main.info.time_s))
             show_earlier(earlier, nullptr);
-    for (const Earlier& window : left_windows_)
-        if (frame.base && counts_as_left(window.picture->info.time_s, frame.main.info.time_s) &&
-            !mostly_overlap(window.picture->info, frame.main.info))
-            show_earlier(window, window.base.get());
+    if (frame.base)
+        left_windows_.each_beside(frame.main.info.camera, frame.main.info.time_s,
+                                  [&](const Earlier& window) { show_earlier(window, window.base.get()); });
     if (geometry_)
         geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
@@ -143,28 +127,12 @@ void FrameFill::take_over(FrameFill& before) {
     before.forget();
 }
 
-/// Windows half a window apart stay. One gives its place to another beside it that is as far right or so much newer
-/// that the gaze has come to rest there: a gaze that wanders leaves a trail. Gives the memory of what does not stay.
+/// Where it is a window; gives the memory of what does not stay.
 FloatImage FrameFill::leave(Earlier earlier) {
-    const FrameInfo& left = earlier.picture->info;
-    std::erase_if(left_windows_,
-                  [&](const Earlier& other) { return !counts_as_left(other.picture->info.time_s, left.time_s); });
     if (!earlier.base)
         return std::move(earlier.depth_m);
-    const auto beside = std::ranges::find_if(
-        left_windows_, [&](const Earlier& other) { return mostly_overlap(other.picture->info, left); });
-    if (beside != left_windows_.end()) {
-        const FrameInfo& there = beside->picture->info;
-        if (same_camera(there.camera, left.camera) || !counts_as_earlier(there.time_s, left.time_s))
-            std::swap(*beside, earlier);
-        return std::move(earlier.depth_m);
-    }
-    left_windows_.push_front(std::move(earlier));
-    if (left_windows_.size() <= kept_windows)
-        return {};
-    FloatImage memory = std::move(left_windows_.back().depth_m);
-    left_windows_.pop_back();
-    return memory;
+    std::optional<Earlier> outdated = left_windows_.leave(std::move(earlier));
+    return outdated ? std::move(outdated->depth_m) : FloatImage();
 }
 
 void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base,

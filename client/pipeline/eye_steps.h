@@ -1,6 +1,8 @@
 #pragma once
 /// The steps that turn a source picture into what one eye sees, on the CPU: reproject, rework reflections, judge. Gaps
 /// are filled in between (fill.h). `play`, Python and the client library all take these.
+#include "left_windows.h"
+
 #include <client/confidence/reliability.h>
 #include <client/fill/fill.h>
 #include <client/receive/receive.h>
@@ -94,6 +96,9 @@ private:
     struct Earlier {
         std::shared_ptr<const ReceivedPicture> picture, base;
         FloatImage depth_m;
+
+        const Camera& camera() const { return picture->info.camera; }
+        double time_s() const { return picture->info.time_s; }
     };
     /// `base`: by which it shows where light has changed since; null: nobody asks.
     void show_earlier(const Earlier& earlier, const ReceivedPicture* base);
@@ -102,7 +107,8 @@ private:
     FillChain chain_;
     bool has_earlier_pass_ = false;
     GeometryColour* geometry_;
-    std::deque<Earlier> earlier_, left_windows_;  ///< newest first
+    std::deque<Earlier> earlier_;  ///< newest first
+    LeftWindows<Earlier> left_windows_;
     // Views of the frame at hand.
     std::optional<SourceView> main_, base_, small_, hidden_;
     std::optional<PatchesView> patches_;

@@ -318,17 +318,39 @@ class EarlierPass : public PicturePass {
 public:
     using PicturePass::PicturePass;
     std::string_view name() const override { return "earlier"; }
-    void fill(const GlFillFrame& frame, const GapTargets& to) override {
-        if (to.depth.texture == 0 || !frame.earlier)
-            return;
-        const OtherPicture& from = *frame.earlier;
-        if (from.textures.depth() == 0)
-            return;
-        if (frame.found != nullptr)
-            frame.found->draw_still_there(from, frame.main, to);
-        resample_.fill(from, with_mirrors(frame, frame.mirrors_earlier, to));
-    }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override;
+
+private:
+    static void find_still_there(const GlFillFrame& frame, const OtherPicture& from, const GapTargets& to);
+
+    SeenLight light_;
 };
+
+void EarlierPass::find_still_there(const GlFillFrame& frame, const OtherPicture& from, const GapTargets& to) {
+    if (frame.found == nullptr)
+        return;
+    if (frame.main.textures.depth() != 0)
+        frame.found->draw_still_there(from, frame.main, to);
+    else
+        frame.found->draw_forward(from, to);
+}
+
+void EarlierPass::fill(const GlFillFrame& frame, const GapTargets& to) {
+    if (to.depth.texture == 0)
+        return;
+    if (frame.earlier && frame.earlier->textures.depth() != 0) {
+        find_still_there(frame, *frame.earlier, to);
+        resample_.fill(*frame.earlier, with_mirrors(frame, frame.mirrors_earlier, to));
+    }
+    for (const LeftPicture& left : frame.left) {
+        if (!frame.base || left.window.textures.depth() == 0)
+            continue;
+        find_still_there(frame, left.window, to);
+        GapTargets with = with_mirrors(frame, left.mirrors, to);
+        light_.find(left.base, *frame.base, with);
+        resample_.fill(left.window, with);
+    }
+}
 
 class PatchesPass : public GlFillPass {
 public:

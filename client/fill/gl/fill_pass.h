@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,10 +57,18 @@ struct SeenBase {
     EyeDepth depth;
 };
 
+/// A window that the gaze has left.
+struct LeftPicture {
+    OtherPicture window;
+    OtherPicture base;  ///< the sphere around it: by these it shows where light has changed
+    SpecularSource mirrors;
+};
+
 /// What a frame brings to fill gaps with, borrowed for a call.
 struct GlFillFrame {
     OtherPicture main;  ///< as the eyes look it up
     std::optional<OtherPicture> base, hidden, small, earlier;
+    std::span<const LeftPicture> left{};
     /// Draws what eyes see of `base` alone, by the engine that shows the main picture.
     std::function<SeenBase()> see_base{};
     const PatchesView* patches = nullptr;

@@ -7,7 +7,7 @@ layout(binding = 3) uniform usampler2DArray eye_origin;
 layout(binding = 0, rgba8) uniform readonly image2DArray eye_colour;
 layout(binding = 2, r32f) uniform writeonly image2DArray image_behind;
 
-#include "gap_tiles.glsl"
+#include "listed_gap.glsl"
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
@@ -16,8 +16,7 @@ layout(binding = 2, r32f) uniform writeonly image2DArray image_behind;
 
 void main() {
     ivec3 at;
-    if (!listed_cell(1, TILE_SHIFT, at) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)) ||
-        texelFetch(eye_origin, at, 0).x != ORIGIN_GAP)
+    if (!listed_gap(at))
         return;
     EyeRays eye = eyes[at.z];
     box_radius_m = eye.agreement.x;

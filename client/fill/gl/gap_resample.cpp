@@ -119,11 +119,14 @@ void run_gap_resample(const Program& program, const GapTargets& to, PixelOrigin 
     glBindTextureUnit(2, to.depth.texture);
     glBindTextureUnit(3, to.targets.origin());
     glBindTextureUnit(5, to.image_behind);
+    glBindTextureUnit(8, to.light_then);
+    glBindTextureUnit(9, to.light_now);
     glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, to.targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     program.set("inverse_depth_scale", to.depth.scale);
     program.set("mark", int(mark));
     program.set("knows_mirrors", int(to.image_behind != 0));
+    program.set("knows_light", int(to.light_then != 0 && to.light_now != 0));
     to.gaps.dispatch(program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     finish_pictures();
 }
@@ -153,6 +156,40 @@ GLuint GapMirrors::find(const SpecularSource& teller, const GapTargets& to) {
     to.gaps.dispatch(program_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     return image_behind_.name();
+}
+
+SeenLight::SeenLight() : program_("seen_light.glsl") {}
+
+void SeenLight::size_for(const EyeTargets& targets) {
+    if (targets.size() == size_ && targets.eyes() == eyes_)
+        return;
+    for (Texture* light : {&then_, &now_})
+        *light = make_layered_texture(targets.size(), targets.eyes(), GL_RGBA8);
+    size_ = targets.size();
+    eyes_ = targets.eyes();
+}
+
+void SeenLight::look_up(const OtherPicture& picture, const GapTargets& to, const Texture& light) {
+    blocks_.set(picture.view, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, picture.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    glBindTextureUnit(0, picture.textures.colour());
+    glBindImageTexture(0, light.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
+    to.gaps.dispatch(program_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+}
+
+void SeenLight::find(const OtherPicture& then, const OtherPicture& now, GapTargets& to) {
+    assert(int(to.eyes.size()) == to.targets.eyes() && to.depth.texture != 0);
+    size_for(to.targets);
+    to.gaps.bind();
+    glBindTextureUnit(2, to.depth.texture);
+    glBindTextureUnit(3, to.targets.origin());
+    program_.set("inverse_depth_scale", to.depth.scale);
+    look_up(then, to, then_);
+    look_up(now, to, now_);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    to.light_then = then_.name();
+    to.light_now = now_.name();
 }
 
 namespace {

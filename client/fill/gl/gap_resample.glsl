@@ -9,8 +9,10 @@ layout(binding = 0, rgba8) uniform writeonly image2DArray eye_colour;
 layout(binding = 1, r8ui) uniform writeonly uimage2DArray filled_origin;  // the same as eye_origin
 
 layout(binding = 5) uniform sampler2DArray image_behind;  // of mirrors (see gap_mirrors.glsl)
+layout(binding = 8) uniform sampler2DArray light_then;    // of the sphere around a window (see seen_light.glsl)
+layout(binding = 9) uniform sampler2DArray light_now;
 
-#include "gap_tiles.glsl"
+#include "listed_gap.glsl"
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
@@ -19,6 +21,7 @@ layout(binding = 5) uniform sampler2DArray image_behind;  // of mirrors (see gap
 uniform int mark;          // origin of what is filled
 uniform int by_direction;  // 1: whatever the distance
 uniform int knows_mirrors;  // 1: there is image_behind
+uniform int knows_light;    // 1: there are light_then and light_now
 
 vec4 weights_of_direction(ivec3 at, EyeRays eye, out Taps taps) {
     vec2 position = position_of(ray_of(eye, at.xy));
@@ -40,10 +43,16 @@ bool mirrors_show_the_same(ivec3 at, EyeRays eye) {
     return abs(w_image - w_of(surface_m)) <= tolerance;
 }
 
+bool light_has_changed(ivec3 at) {
+    if (knows_light == 0)
+        return false;
+    vec3 apart = abs(texelFetch(light_then, at, 0).rgb - texelFetch(light_now, at, 0).rgb);
+    return max(max(apart.x, apart.y), apart.z) > CHANGED_LIGHT;
+}
+
 void main() {
     ivec3 at;
-    if (!listed_cell(1, TILE_SHIFT, at) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)) ||
-        texelFetch(eye_origin, at, 0).x != ORIGIN_GAP)
+    if (!listed_gap(at))
         return;
     EyeRays eye = eyes[at.z];
     box_radius_m = eye.agreement.x;
@@ -53,7 +62,7 @@ void main() {
 #endif
     Taps taps;
     vec4 weights = by_direction != 0 ? weights_of_direction(at, eye, taps) : weights_of_surface(at, eye, taps);
-    if (weights == NONE || (by_direction == 0 && !mirrors_show_the_same(at, eye)))
+    if (weights == NONE || (by_direction == 0 && (!mirrors_show_the_same(at, eye) || light_has_changed(at))))
         return;
     vec3 colour = vec3(0.0);
     for (int k = 0; k < 4; ++k)

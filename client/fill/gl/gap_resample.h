@@ -65,6 +65,9 @@ struct GapTargets {
     /// How far behind the surface that a gap pixel sees its image in a mirror lies (GapMirrors), a layer for each eye;
     /// 0: mirrors are looked up like any surface.
     GLuint image_behind = 0;
+    /// What the spheres around an earlier window and around today's show of what gap pixels see (SeenLight), a layer
+    /// for each eye; 0: nobody asks whether light has changed.
+    GLuint light_then = 0, light_now = 0;
 };
 
 /// The picture to look up in: what it is of, and its pixels, which are those of `view`.
@@ -107,6 +110,26 @@ private:
     Size size_;
     int eyes_ = 0;
     Texture image_behind_;
+};
+
+// What a picture shows of the points that gap pixels see, for all eyes at once.
+
+class SeenLight {
+public:
+    SeenLight();
+
+    /// By the eyes' depth, which is known. Sets GapTargets::light_then and light_now, good until the next call.
+    void find(const OtherPicture& then, const OtherPicture& now, GapTargets& to);
+
+private:
+    void size_for(const EyeTargets& targets);
+    void look_up(const OtherPicture& picture, const GapTargets& to, const Texture& light);
+
+    Program program_;
+    EyeBlocks blocks_;
+    Size size_;
+    int eyes_ = 0;
+    Texture then_, now_;
 };
 
 // Fill pass `patches` (fill.h) on the GPU, for all eyes at once, under GapResample's conditions.

@@ -72,6 +72,8 @@ EyeRenderer::~EyeRenderer() = default;
 void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times) {
     const bool is_first = frames_[current_].frame() == nullptr;
     const std::size_t next = is_first ? current_ : 1 - current_;
+    require_tagged_sizes(*frame);
+    leave_window(next);
     frames_[next].upload(std::move(frame));
     specular_[next].upload(frames_[next].main().view);
     if (finder_ != nullptr && base_engine_ == nullptr && frames_[next].base() != nullptr &&
@@ -79,6 +81,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
         base_engine_ = make_eye_depth_from_source(engine_);
     current_ = next;
     extrapolation_s_ = 0;
+    find_left_windows();
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = geometry_->has_depth_beside = false;
         geometry_->set_time(this->frame().main.info.time_s);
@@ -89,6 +92,34 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     }
     extrapolator_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
+}
+
+void EyeRenderer::leave_window(std::size_t place) {
+    left_pictures_.clear();  // of windows that may go
+    FrameTextures& frame = frames_[place];
+    const bool has_window = frame.frame() != nullptr && frame.base() != nullptr && frame.main().textures.depth() != 0;
+    if (!has_window || !std::ranges::any_of(chain_, [](const auto& pass) { return pass->name() == "earlier"; }))
+        return;
+    LeftTextures left = spare_ ? *std::exchange(spare_, std::nullopt) : LeftTextures();
+    frame.trade_window(left);
+    std::swap(left.specular, specular_[place]);
+    for (UploadedPicture* picture : {&left.window, &left.base})
+        picture->textures.show_pq_by(pq_display_);
+    spare_ = left_windows_.leave(std::move(left));
+}
+
+/// Once a frame: which of them there are changes with it alone.
+void EyeRenderer::find_left_windows() {
+    left_pictures_.clear();
+    const FrameInfo& main = frame().main.info;
+    if (current().base() == nullptr)
+        return;
+    left_windows_.each_beside(main.camera, main.time_s, [&](const LeftTextures& left) {
+        const UploadedPicture &window = left.window, &base = left.base;
+        left_pictures_.push_back({{window.view, window.textures, PixelOrigin::earlier},
+                                  {base.view, base.textures, PixelOrigin::base},
+                                  {window.view, window.textures, left.specular}});
+    });
 }
 
 bool EyeRenderer::frame_has_depth() const {
@@ -123,6 +154,10 @@ void EyeRenderer::set_exposure(double stops) {
     pq_display_->set_exposure(stops);
     for (FrameTextures& frame : frames_)
         frame.show_again();
+    left_windows_.each([](LeftTextures& left) {
+        left.window.textures.show_again();
+        left.base.textures.show_again();
+    });
     if (current().frame() != nullptr)
         extrapolator_.set_picture(frame().main.info);
 }
@@ -258,6 +293,7 @@ GlFillFrame EyeRenderer::fill_frame(bool by_surface) {
                      .hidden = picture(current().hidden(), PixelOrigin::hidden),
                      .small = picture(current().small(), PixelOrigin::small),
                      .earlier = picture(before != nullptr ? &before->main() : nullptr, PixelOrigin::earlier),
+                     .left = left_pictures_,
                      .see_base = [this, by_surface] { return see_base(by_surface); },
                      .found = finder_ != nullptr ? &finder_->gaps : nullptr,
                      .mirrors = mirroring(),

@@ -9,6 +9,7 @@
 #include <client/depth/gl/sphere_depth.h>
 #include <client/extrapolate/gl/motion_view.h>
 #include <client/fill/gl/fill_pass.h>
+#include <client/pipeline/left_windows.h>
 #include <client/reflections/gl/specular.h>
 #include <client/warp/gl/eye_depth_finder.h>
 #include <client/warp/gl/eye_targets.h>
@@ -120,6 +121,8 @@ private:
 
     /// Null: the engine finds none.
     static std::unique_ptr<Finder> make_finder(std::string_view engine);
+    /// Of a frame whose place another takes.
+    void leave_window(std::size_t place);
     FrameTextures& current() { return frames_[current_]; }
     /// The frame shown before; null: there is none that gaps may be filled from.
     const FrameTextures* earlier() const;
@@ -137,6 +140,7 @@ private:
     /// What fill passes look up of the frame whose depth the scene's geometry gives.
     std::array<UploadedPicture*, 2> looked_up_beside();
     bool fills_from(TrackRole role) const;
+    void find_left_windows();
     /// `by_surface`: the eyes looked the main picture up by depth.
     void fill(const EyeDepth& depth, bool by_surface, const EyeTargets& targets);
     GlFillFrame fill_frame(bool by_surface);
@@ -162,6 +166,9 @@ private:
     EyeTargets one_eye_;                        ///< for turn_apart
     EyeTargets base_targets_;                   ///< for see_base
     std::array<SpecularTextures, 2> specular_;  ///< of frames_
+    LeftWindows<LeftTextures> left_windows_;
+    std::optional<LeftTextures> spare_;       ///< storage for the next one
+    std::vector<LeftPicture> left_pictures_;  ///< those that the frame's gaps may be filled from
     Mirrors mirrors_;
     GapTiles gaps_;
     GapMirrors gap_mirrors_;

@@ -11,6 +11,12 @@ void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
     to.textures.upload(to.view, picture.pq.planes);
 }
 
+void give(UploadedPicture& picture, UploadedPicture& to) {
+    picture.textures.swap_pictures(to.textures);
+    const SourceView& view = picture.view;
+    to.view = {.camera = view.camera, .pose = view.pose, .box_radius_m = view.box_radius_m};
+}
+
 }  // namespace
 
 bool has_hdr(const ReceivedFrame& frame) {
@@ -33,6 +39,13 @@ void FrameTextures::show_pq_by(const std::shared_ptr<const PqDisplay>& display) 
 void FrameTextures::show_again() {
     for (SourceTextures* textures : all_textures())
         textures->show_again();
+}
+
+void FrameTextures::trade_window(LeftTextures& left) {
+    give(main_, left.window);
+    give(base_, left.base);
+    left.shown_s = frame_->main.info.time_s;
+    frame_.reset();
 }
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {

@@ -1,6 +1,7 @@
 #pragma once
 /// One received frame on the GPU: the main picture and what came to fill its gaps.
 #include <client/fill/gl/gap_resample.h>
+#include <client/reflections/gl/specular.h>
 #include <client/warp/gl/source_textures.h>
 
 #include <client/receive/receive.h>
@@ -20,12 +21,26 @@ struct UploadedPicture {
     SourceTextures textures;
 };
 
+/// A window that the gaze has left, with the sphere around it. Views are without pixels: these are on the GPU alone.
+struct LeftTextures {
+    UploadedPicture window, base;
+    SpecularTextures specular;
+    double shown_s = 0;
+
+    const Camera& camera() const { return window.view.camera; }
+    double time_s() const { return shown_s; }
+};
+
 class FrameTextures {
 public:
     /// Uploads main, base, right eye, hidden layer, small view and patches and keeps the frame, so that views of it
     /// stay good. Storage of the frame before is used again. Throws WorkError where a picture has another size than it
     /// is tagged with; nothing has changed then.
     void upload(std::shared_ptr<const ReceivedFrame> frame);
+
+    /// Gives the frame's window and base away and forgets the frame; takes storage for the next one's. The caller swaps
+    /// the mirrors' textures.
+    void trade_window(LeftTextures& left);
 
     /// SourceTextures', of all pictures; provided for before each upload.
     void read_in_place(const std::shared_ptr<PictureBuffers>& buffers);

@@ -105,6 +105,17 @@ void SourceTextures::upload(const SourceView& source, const PqView& pq) {
     upload_plane(depth_, source.depth_m, {GL_RED, GL_FLOAT});
 }
 
+void SourceTextures::swap_pictures(SourceTextures& other) {
+    std::swap(size_, other.size_);
+    std::swap(colour_, other.colour_);
+    std::swap(depth_, other.depth_);
+    std::swap(has_depth_, other.has_depth_);
+    std::swap(planes_, other.planes_);
+    std::swap(planes_storage_, other.planes_storage_);
+    std::swap(is_pq_, other.is_pq_);
+    std::swap(grid_, other.grid_);
+}
+
 GLuint SourceTextures::colour_to_write() {
     if (!colour_)
         colour_ = make_texture(size_, GL_RGBA8);

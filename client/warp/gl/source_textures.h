@@ -67,6 +67,8 @@ public:
     void read_in_place(std::shared_ptr<PictureBuffers> buffers) { buffers_ = std::move(buffers); }
     /// How HDR pictures that are uploaded from now on come to the display. Until there is one, none may come.
     void show_pq_by(std::shared_ptr<const PqDisplay> display) { pq_display_ = std::move(display); }
+    /// Trades what was uploaded, or made here; each keeps its ways to read and show what comes next.
+    void swap_pictures(SourceTextures& other);
     /// An HDR picture once more, after its display's exposure changed; others stay.
     void show_again();
 

@@ -19,6 +19,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace equistream::test {
 
@@ -209,8 +210,9 @@ public:
             depth_.emplace(*scene, GlDepthOptions{.box_radius_m = box_radius_m});
     }
 
-    /// `extrapolation_s`: extrapolated by so much.
-    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye, double extrapolation_s = 0) {
+    /// `extrapolation_s`: extrapolated by so much. `left`: a frame whose window the gaze has left; null: there is none.
+    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye, double extrapolation_s = 0,
+                   const ReceivedFrame* left = nullptr) {
         const FloatImage before_m = depth_of(before.main);
         FloatImage eye_m;
         if (depth_) {
@@ -224,7 +226,12 @@ public:
             PictureExtrapolator().extrapolate(frame.main, main_m, extrapolation_s, extrapolated);
         const SourceView main = extrapolation_s > 0 ? source_view(extrapolated.picture, extrapolated.depth_m)
                                                     : source_view(frame.main, main_m);
-        const std::array earlier = {source_view(before.main, before_m)};
+        std::vector<SourceView> earlier = {source_view(before.main, before_m)}, earlier_bases(1);
+        const FloatImage left_m = left != nullptr ? depth_of(left->main) : FloatImage();
+        if (left != nullptr) {
+            earlier.push_back(source_view(left->main, left_m));
+            earlier_bases.push_back(source_view(*left->base, {}));
+        }
         std::optional<SourceView> base, hidden, small;
         FloatImage base_m;
         BaseEngine base_engine(engine_, {});
@@ -263,6 +270,7 @@ public:
                                   .base = base ? &*base : nullptr,
                                   .base_engine = &base_engine,
                                   .earlier = earlier,
+                                  .earlier_bases = earlier_bases,
                                   .hidden = hidden ? &*hidden : nullptr,
                                   .patches = patches ? &*patches : nullptr,
                                   .geometry = colours_ ? &*colours_ : nullptr});

@@ -158,6 +158,38 @@ TEST_P(GlWindow, ShowsWithTheSphereAroundWhatTheCpuShows) {
         }
 }
 
+/// Eyes turn back to what it showed, and find it but where the sphere around has another colour by now.
+TEST_P(GlWindow, ThatTheGazeHasLeftFillsWhatItFillsOnTheCpu) {
+    if (GetParam() == Known::nothing)
+        GTEST_SKIP() << "eyes that only turn look nothing up by depth";
+    const auto frame = std::make_shared<ReceivedFrame>(*make_window_frame(2, 0, streamed()));
+    ByteImage& around = frame->base->rgb;
+    for (int y = 0; y < around.height() / 2; ++y)
+        for (std::uint8_t& sample : std::span(around.pixel(0, y), std::size_t(3 * around.width())))
+            sample = std::uint8_t(std::min(sample + 60, 255));
+    const std::array<Frame, 3> frames = {make_window_frame(0, 9, streamed()), make_window_frame(1, 0, streamed()),
+                                         frame};
+    const double radius_m = head_box_radius(frame->main.info);
+    const auto eyes = eyes_at({{0.01, 0.005, 0.01}, yaw_pitch(0.5, 0)});
+    gl::EyeRenderer renderer(geometry(), radius_m);
+    const auto found = seen(renderer, frames, eyes);
+    OnTheCpu cpu(geometry(), radius_m, default_fill, engine());
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+        SCOPED_TRACE(i);
+        const EyePicture expected = cpu.see(*frame, *frames[1], eyes[i], 0, frames[0].get());
+        expect_same(found[i], expected, {.min_db = 45, .other_reliabilities = 0.03, .other_origins = 0.005});
+        const auto earlier_in = [&](int top) {
+            std::int64_t count = 0;
+            for (int y = top; y < top + 100; ++y)
+                for (int x = 0; x < 320; ++x)
+                    count += *found[i].origin.pixel(x, y) == std::uint8_t(PixelOrigin::earlier);
+            return count;
+        };
+        EXPECT_GT(earlier_in(100), 320 * 200 / 20);
+        EXPECT_LT(earlier_in(0), earlier_in(100) / 5);
+    }
+}
+
 /// A window that no eye sees.
 TEST_P(GlWindow, ShowsBeyondItWhatTheSphereAloneGives) {
     const Frame frame = make_window_frame(0, 25, streamed());
@@ -214,23 +246,28 @@ TEST_P(GlWindow, LeavesTheSphereAloneWhereItIsNotSeen) {
 
 /// Once all was drawn, while the window stays: a mesh is made anew where it moves.
 TEST_P(GlWindow, MakesNothingAnew) {
-    const std::array frames = {make_window_frame(0, 0, streamed()), make_window_frame(1, 0, streamed())};
+    std::vector<Frame> frames = {make_window_frame(0, 0, streamed()), make_window_frame(1, 0, streamed())};
+    for (std::int64_t index = 2; index < 8; ++index) {
+        const auto later = std::make_shared<ReceivedFrame>(*frames[std::size_t(index % 2)]);
+        later->main.info.index = index;
+        later->main.info.time_s = double(index) / 30;
+        frames.push_back(later);
+    }
     gl::EyeRenderer renderer(geometry(), head_box_radius(frames[0]->main.info));
     gl::StageTimes times;
     gl::EyeTargets targets;
     const auto eyes = eyes_at({{0.01, 0.005, 0.01}, yaw_pitch(0.35, 0.1)});
-    const auto walk = [&] {
-        for (const Frame& frame : frames) {
-            renderer.show(frame, times);
+    const auto walk = [&](std::size_t from, std::size_t to) {
+        for (std::size_t i = from; i < to; ++i) {
+            renderer.show(frames[i], times);
             renderer.look(eyes, true, times);
             renderer.draw({.reliability = true}, targets, times);
         }
     };
-    walk();
-    walk();
+    walk(0, 6);
     const MadeObjects made;
     const CountedMemory memory;
-    walk();
+    walk(6, 8);
     EXPECT_EQ(memory.allocations(), 0);
     EXPECT_EQ(made.count(), 0);
 }
