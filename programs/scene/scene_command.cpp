@@ -162,7 +162,7 @@ cli::CommandLine add_convert_command(cli::CommandLine& app, const std::shared_pt
         .with_default();
     command.add_flag(
         "--bake", arguments->settings.bake,
-        "no instances of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
+        "one mesh a material of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
         "variants");
     command.add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
     cli::add_json_flag(command, arguments->json);

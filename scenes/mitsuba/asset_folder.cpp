@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cerrno>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -165,39 +166,30 @@ std::vector<glm::dvec3> mean_normals(const Mesh& mesh) {
     return normals;
 }
 
-std::string header(const Mesh& mesh, bool normals, bool uvs) {
-    std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.positions.size()) +
+std::string header(std::span<const PlyPart> parts, bool normals, const PlyOptions& options) {
+    std::size_t vertices = 0, faces = 0;
+    for (const PlyPart& part : parts) {
+        vertices += part.mesh->positions.size();
+        faces += part.mesh->triangles.size();
+    }
+    std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices) +
                        "\nproperty float x\nproperty float y\nproperty float z\n";
     if (normals)
         text += "property float nx\nproperty float ny\nproperty float nz\n";
-    if (uvs)
+    if (options.texture_coordinates)
         text += "property float u\nproperty float v\n";
-    return text + "element face " + std::to_string(mesh.triangles.size()) +
-           "\nproperty list uchar uint vertex_indices\nend_header\n";
+    text += "element face " + std::to_string(faces) + "\nproperty list uchar uint vertex_indices\n";
+    // Mitsuba puts face_ before the name, and takes what follows the last line for a component's.
+    return text + (options.instances ? "property float instance_0\n" : "") + "end_header\n";
 }
 
-#pragma pack(push, 1)
-struct Face {
-    std::uint8_t count;
-    std::uint32_t corners[3];
-};
-#pragma pack(pop)
-
-}  // namespace
-
-void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, const PlyOptions& options) {
-    const glm::dmat3 linear(options.world_from_object);
-    const glm::dmat3 turn = normal_matrix(linear);
+void write_vertices(AssetFile& file, const PlyPart& part, bool normals, const PlyOptions& options) {
+    const Mesh& mesh = *part.mesh;
+    const glm::dmat3 turn = normal_matrix(glm::dmat3(part.world_from_object));
     const bool other_side = options.behind_m > 0;
-    const bool turned = (glm::determinant(linear) < 0) != other_side;
-    const bool normals = options.normals && !mesh.normals.empty();
     const bool some_zero = normals && std::any_of(mesh.normals.begin(), mesh.normals.end(),
                                                   [](const glm::vec3& n) { return !(glm::dot(n, n) > 0); });
     const std::vector<glm::dvec3> means = other_side || some_zero ? mean_normals(mesh) : std::vector<glm::dvec3>();
-
-    AssetFile file(folder.path_of(name));
-    const std::string beginning = header(mesh, normals, options.texture_coordinates);
-    file.write(beginning.data(), beginning.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         std::array<float, 8> values{};
         std::size_t used = 0;
@@ -205,7 +197,7 @@ void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, c
             for (int axis = 0; axis < 3; ++axis)
                 values[used++] = static_cast<float>(v[axis]);
         };
-        glm::dvec3 p(options.world_from_object * glm::dvec4(glm::dvec3(mesh.positions[i]), 1));
+        glm::dvec3 p(part.world_from_object * glm::dvec4(glm::dvec3(mesh.positions[i]), 1));
         if (other_side)
             p -= options.behind_m * unit_or_zero(turn * means[i]);
         add(p);
@@ -221,9 +213,39 @@ void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, c
         }
         file.write(values.data(), used * sizeof(float));
     }
-    for (const glm::uvec3& t : mesh.triangles) {
-        const Face face{3, {t.x, turned ? t.z : t.y, turned ? t.y : t.z}};
-        file.write(&face, sizeof face);
+}
+
+#pragma pack(push, 1)
+struct Face {
+    std::uint8_t count;
+    std::uint32_t corners[3];
+    float instance;  ///< where it is wanted
+};
+#pragma pack(pop)
+
+void write_faces(AssetFile& file, const PlyPart& part, std::uint32_t first_vertex, const PlyOptions& options) {
+    const bool turned = (glm::determinant(glm::dmat3(part.world_from_object)) < 0) != (options.behind_m > 0);
+    for (const glm::uvec3& triangle : part.mesh->triangles) {
+        const glm::uvec3 t = triangle + first_vertex;
+        const Face face{3, {t.x, turned ? t.z : t.y, turned ? t.y : t.z}, static_cast<float>(part.instance)};
+        file.write(&face, options.instances ? sizeof face : offsetof(Face, instance));
+    }
+}
+
+}  // namespace
+
+void write_ply(AssetFolder& folder, const std::string& name, std::span<const PlyPart> parts,
+               const PlyOptions& options) {
+    const bool normals = options.normals && !parts.front().mesh->normals.empty();
+    AssetFile file(folder.path_of(name));
+    const std::string beginning = header(parts, normals, options);
+    file.write(beginning.data(), beginning.size());
+    for (const PlyPart& part : parts)
+        write_vertices(file, part, normals, options);
+    std::uint32_t first_vertex = 0;
+    for (const PlyPart& part : parts) {
+        write_faces(file, part, first_vertex, options);
+        first_vertex += static_cast<std::uint32_t>(part.mesh->positions.size());
     }
     folder.count(file.close());
 }

@@ -46,14 +46,21 @@ private:
 
 // Meshes as binary PLY, the form that Mitsuba reads fastest.
 
-struct PlyOptions {
+struct PlyPart {
+    const Mesh* mesh = nullptr;
     glm::dmat4 world_from_object{1};  ///< applied to positions and normals; where it mirrors, the winding is turned
-    bool normals = true;              ///< vertex normals, where the mesh has some
-    bool texture_coordinates = true;  ///< zeros where the mesh has none: what our tracer takes
+    std::uint32_t instance = 0;
+};
+
+struct PlyOptions {
+    bool normals = true;              ///< vertex normals, where the first part's mesh has some
+    bool texture_coordinates = true;  ///< zeros where a mesh has none: what our tracer takes
+    bool instances = false;           ///< each part's, as the attribute face_instance
     double behind_m = 0;              ///< above 0: the other side, that far behind
 };
 
-void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, const PlyOptions& options);
+/// One mesh of all parts, in their order: of all or none the meshes have vertex normals.
+void write_ply(AssetFolder& folder, const std::string& name, std::span<const PlyPart> parts, const PlyOptions& options);
 
 /// The largest angle's cosine between a vertex normal and a face it belongs to; 1 without normals.
 double min_normal_cosine(const Mesh& mesh);

@@ -4,7 +4,8 @@
 ///
 /// Names in the XML: shapes instance-K (K: index in SceneModel::instances; instance-K-back is the other side of one
 /// that emits on both), shape groups mesh-K, materials material-K, the sun's disc sun. Meshes placed once that stand
-/// still, and all that emit, are written in world space; the others once, with instances of them.
+/// still, and all that emit, are written in world space; the others once, with instances of them. Baked, all placements
+/// of one material that stand still are a single mesh merged-K, whose attribute face_instance is each triangle's K.
 #include <scenes/library/scene.h>
 
 #include <cstdint>
@@ -21,8 +22,8 @@ struct MitsubaSettings {
     int width = 0, height = 0;   ///< pixels; 0: 1280x720 in perspective, 2048x1024 as a sphere
     int samples_per_pixel = 64;  ///< at least 1
     std::int64_t frame = 0;      ///< whose pose and transforms are written; at least 0
-    /// Writes every placement that stands still in world space. More to store, but Mitsuba's vectorised variants take
-    /// many seconds a render for a thousand instances.
+    /// Writes all that stands still in world space, one mesh a material. More to store, but Mitsuba's vectorised
+    /// variants take many seconds a render for a thousand shapes, and minutes for a thousand instances.
     bool bake = false;
     bool overwrite = false;  ///< replaces what an earlier conversion wrote
 };

@@ -1,6 +1,5 @@
 #include "shapes.h"
 
-#include "asset_folder.h"
 #include "xml.h"
 
 #include <equistream/rec709.h>
@@ -10,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace equistream::mitsuba_xml {
 namespace {
@@ -60,6 +61,24 @@ Shapes::Shapes(const SceneModel& model, const std::vector<glm::mat4>& transforms
         else
             grouped_[model.instances[i].mesh] = 1;
     }
+    if (bake)
+        merge();
+}
+
+void Shapes::merge() {
+    std::map<std::pair<std::string, bool>, std::vector<std::uint32_t>> by_look;
+    for (std::uint32_t i = 0; i < forms_.size(); ++i)
+        if (forms_[i] == Form::baked) {
+            forms_[i] = Form::merged;
+            const Mesh& mesh = mesh_of(i);
+            by_look[{materials_.id_for(mesh), mesh.normals.empty()}].push_back(i);
+        }
+    for (auto& [look, instances] : by_look)
+        merged_.push_back(std::move(instances));
+}
+
+PlyPart Shapes::part_of(std::uint32_t instance) const {
+    return {&mesh_of(instance), transforms_[instance], instance};
 }
 
 Bounds Shapes::bounds() const {
@@ -108,33 +127,39 @@ void Shapes::ask_for_images(Images& images) const {
 void Shapes::write_glowing(AssetFolder& folder, std::uint32_t instance) const {
     const Mesh& mesh = mesh_of(instance);
     const std::string name = numbered("instance-", instance);
+    const PlyPart part = part_of(instance);
     PlyOptions options;
-    options.world_from_object = transforms_[instance];
     options.texture_coordinates = wants_coordinates(mesh);
     options.normals = min_normal_cosine(mesh) > min_cosine_of_lights;
-    write_ply(folder, mesh_file(name), mesh, options);
+    write_ply(folder, mesh_file(name), {&part, 1}, options);
     if (!model_.materials[materials_.index_for(mesh)].double_sided)
         return;
     options.behind_m = gap_between_sides(max_coordinate(mesh, transforms_[instance]));
-    write_ply(folder, mesh_file(name + "-back"), mesh, options);
+    write_ply(folder, mesh_file(name + "-back"), {&part, 1}, options);
 }
 
 void Shapes::write_meshes(AssetFolder& folder) const {
     tbb::parallel_for(std::size_t{0}, grouped_.size(), [&](std::size_t i) {
-        PlyOptions options;
-        options.texture_coordinates = wants_coordinates(model_.meshes[i]);
+        const PlyPart part{&model_.meshes[i]};
         if (grouped_[i])
-            write_ply(folder, mesh_file(numbered("mesh-", i)), model_.meshes[i], options);
+            write_ply(folder, mesh_file(numbered("mesh-", i)), {&part, 1},
+                      {.texture_coordinates = wants_coordinates(model_.meshes[i])});
     });
     tbb::parallel_for(std::size_t{0}, forms_.size(), [&](std::size_t i) {
         const auto instance = static_cast<std::uint32_t>(i);
         if (forms_[i] == Form::glowing)
             return write_glowing(folder, instance);
-        PlyOptions options;
-        options.world_from_object = transforms_[i];
-        options.texture_coordinates = wants_coordinates(mesh_of(instance));
+        const PlyPart part = part_of(instance);
         if (forms_[i] == Form::baked)
-            write_ply(folder, mesh_file(numbered("instance-", i)), mesh_of(instance), options);
+            write_ply(folder, mesh_file(numbered("instance-", i)), {&part, 1},
+                      {.texture_coordinates = wants_coordinates(*part.mesh)});
+    });
+    tbb::parallel_for(std::size_t{0}, merged_.size(), [&](std::size_t i) {
+        std::vector<PlyPart> parts;
+        for (const std::uint32_t instance : merged_[i])
+            parts.push_back(part_of(instance));
+        write_ply(folder, mesh_file(numbered("merged-", i)), parts,
+                  {.texture_coordinates = wants_coordinates(*parts.front().mesh), .instances = true});
     });
 }
 
@@ -166,6 +191,11 @@ void Shapes::declare(pugi::xml_node scene, const AssetFolder& folder, Images& im
             declare_ply(group, "", folder.reference_to(mesh_file(numbered("mesh-", i))), model_.meshes[i],
                         !model_.meshes[i].normals.empty());
         }
+    for (std::size_t i = 0; i < merged_.size(); ++i) {
+        const Mesh& first = mesh_of(merged_[i].front());
+        const std::string id = numbered("merged-", i);
+        declare_ply(scene, id, folder.reference_to(mesh_file(id)), first, !first.normals.empty());
+    }
     double power = 0;
     for (std::uint32_t i = 0; i < forms_.size(); ++i)
         power += forms_[i] == Form::glowing ? power_of(i) : 0;
@@ -176,6 +206,8 @@ void Shapes::declare(pugi::xml_node scene, const AssetFolder& folder, Images& im
             pugi::xml_node node = add_plugin(scene, "shape", "instance", id);
             add_reference(node, numbered("mesh-", model_.instances[i].mesh));
             add_transform(node, "to_world", transforms_[i]);
+        } else if (forms_[i] == Form::merged) {
+            continue;
         } else if (forms_[i] == Form::baked) {
             declare_ply(scene, id, folder.reference_to(mesh_file(id)), mesh, !mesh.normals.empty());
         } else {
@@ -190,8 +222,10 @@ void Shapes::declare(pugi::xml_node scene, const AssetFolder& folder, Images& im
 }
 
 void Shapes::report(MitsubaReport& to) const {
-    for (std::size_t i = 0; i < forms_.size(); ++i)
-        (forms_[i] == Form::instance ? to.instances : to.shapes) += 1;
+    for (const Form form : forms_)
+        if (form != Form::merged)
+            (form == Form::instance ? to.instances : to.shapes) += 1;
+    to.shapes += merged_.size();
     for (const std::uint8_t grouped : grouped_)
         to.groups += grouped;
     if (unsampled_glows_ > 0)

@@ -1,15 +1,15 @@
 #pragma once
 /// Meshes and their placements as Mitsuba shapes.
-#include "lights.h"
-
+#include "asset_folder.h"
 #include "convert.h"
+#include "lights.h"
 
 namespace equistream::mitsuba_xml {
 
 class Shapes {
 public:
     /// `transforms` of all instances, `moving` those that other frames have elsewhere; `bake`: no instances of what
-    /// stands still. All borrowed.
+    /// stands still, one mesh of each material instead. All borrowed.
     Shapes(const SceneModel& model, const std::vector<glm::mat4>& transforms, const std::vector<std::uint32_t>& moving,
            Materials& materials, bool bake);
 
@@ -22,13 +22,15 @@ public:
     bool only_unsampled_lights() const { return unsampled_glows_ > 0 && sampled_glows_ == 0; }
 
 private:
-    enum class Form { baked, glowing, instance };
+    enum class Form { baked, merged, glowing, instance };
     struct Glow {
         std::string image;  ///< of its emission; empty: constant
         double share = 0;   ///< of the light samples
         bool both_sides = false;
     };
 
+    void merge();
+    PlyPart part_of(std::uint32_t instance) const;
     double power_of(std::uint32_t instance) const;
     const Mesh& mesh_of(std::uint32_t instance) const { return model_.meshes[model_.instances[instance].mesh]; }
     std::string emission_image(const Mesh& mesh, Images& images) const;
@@ -41,7 +43,9 @@ private:
     const SceneModel& model_;
     const std::vector<glm::mat4>& transforms_;
     Materials& materials_;
-    std::vector<Form> forms_;            ///< by instance
+    std::vector<Form> forms_;  ///< by instance
+    /// Instances that become one mesh: of one material, all with vertex normals or all without.
+    std::vector<std::vector<std::uint32_t>> merged_;
     std::vector<std::uint8_t> grouped_;  ///< by mesh: whether something is an instance of it
     std::size_t unsampled_glows_ = 0, sampled_glows_ = 0;
 };

@@ -125,10 +125,11 @@ def test_it_must_be_the_outermost(variant):
 
 
 def test_tables_of_the_wrong_length_or_too_large(variant):
-    def give(name, values):
+    def give(name, values, **others):
         loaded = scene({**ROOM, "ball": sphere((0, 0, -1), 0.8)}, sensor(8, 4))
         params = mi.traverse(loaded)
-        params[f"integrator.{name}"] = values
+        for key, table in {name: values, **others}.items():
+            params[f"integrator.{key}"] = table
         params.update()
         return planes(loaded)
 
@@ -138,6 +139,13 @@ def test_tables_of_the_wrong_length_or_too_large(variant):
         refusal(lambda: give("moved_next", [0.5] * 12))
     assert "material_id: expected ids up to 16777215" in refusal(lambda: give("material_id", [1, 1 << 24]))
     assert give("object_id", [4, 5])["object_id"].max() == 5
+    assert "first_face: expected 2 numbers" in refusal(lambda: give("first_face", [1, 0, 0]))
+    assert "first_face: expected places on face_entry's 3 numbers, counted from 1, found 4" in \
+        refusal(lambda: give("first_face", [4, 0], face_entry=[2, 3, 4]))
+    assert "object_id: expected 5 numbers, for all entries of face_entry, or a single 0, found 3" in \
+        refusal(lambda: give("object_id", [1, 2, 3], first_face=[1, 0], face_entry=[2, 3, 4]))
+    # Fewer places than the mesh has triangles: the last one stands for the rest.
+    assert set(np.unique(give("object_id", [1, 2, 6, 7, 8], first_face=[1, 1], face_entry=[2, 3, 4])["object_id"])) <= {0, 6, 7, 8}
 
 
 def test_names_that_clash_are_found_out_before_rendering(variant):

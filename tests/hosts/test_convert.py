@@ -119,8 +119,10 @@ def test_every_generated_scene_loads_without_a_warning(name, options, tmp_path, 
     done("scene", "generate", name, "--out", tmp_path)
     scene = convert(tmp_path / f"{name}.json", tmp_path / "out.xml", *options)
     model = json.loads(done("scene", "info", tmp_path / f"{name}.json", "--json").stdout)
-    placed = {s.id().removesuffix("-back") for s in scene.shapes() if s.id().startswith("instance-")}
-    assert placed == {f"instance-{k}" for k in range(model["instances"])}
+    placed = {int(s.id().split("-")[1]) for s in scene.shapes() if s.id().startswith("instance-")}
+    merged = [set(np.unique(np.array(mi.traverse(s)["face_instance"]))) for s in scene.shapes() if s.id().startswith("merged-")]
+    parts = [placed, *merged]
+    assert set().union(*parts) == set(range(model["instances"])) and sum(map(len, parts)) == model["instances"]
 
 
 @pytest.mark.parametrize("nearest", [False, True], ids=["bilinear", "nearest"])

@@ -112,6 +112,25 @@ def test_ids_are_whole_numbers_under_any_filter(variant):
     assert set(np.unique(again["object_id"])) <= {0.0, *map(float, given)}
 
 
+def test_triangles_have_ids_of_their_own_where_they_are_told(variant):
+    loaded = scene({"cube": {"type": "cube"}}, sensor(), aovs="ids")
+    plain = planes(loaded)
+    assert set(np.unique(plain["object_id"])) == {1.0}
+    params = mi.traverse(loaded)
+    faces = 12
+    params["integrator.first_face"] = [1]
+    params["integrator.face_entry"] = list(range(1, 1 + faces))
+    params["integrator.object_id"] = [0] + [100 + face for face in range(faces)]
+    params.update()
+    found = planes(loaded)
+    assert len(np.unique(found["object_id"])) == faces
+    for row, column in ((3, 5), (16, 33), (16, 10), (16, 60), (30, 40)):
+        direction = mi.Vector3f(*map(float, directions()[row, column]))
+        face = int(np.ravel(np.array(loaded.ray_intersect(mi.Ray3f(mi.Point3f(0), direction)).prim_index))[0])
+        assert found["object_id"][row, column] == 100 + face
+    assert set(np.unique(found["instance_id"])) == {1.0}
+
+
 def test_normals_are_unit_in_the_world_and_face_the_camera(variant):
     origin = np.array([0.5, 0.1, -0.3])
     turned = rotation([0.9, 0.1, -0.3, 0.2])

@@ -113,9 +113,12 @@ struct PassResult {
 /// A denoiser's: albedo and normal (es_tile_put_guides), in Mitsuba's world.
 inline constexpr std::size_t guide_channels = 6;
 
-/// Tables of the AOV integrator, one entry a shape.
+/// Tables of the AOV integrator: an entry for each shape, then those that triangles of merged meshes have instead.
 struct ShapeIds {
     std::vector<std::uint32_t> object, material, instance;
+    /// By shape: from which place on face_entry has its triangles, plus 1; 0: the shape's own entry counts.
+    std::vector<std::uint32_t> first_face;
+    std::vector<std::uint32_t> face_entry;
 };
 
 /// The object of what is no surface to us but is one to Mitsuba: our sun's disc.
@@ -144,6 +147,9 @@ public:
     virtual MeshBuffers mesh(int group, std::size_t shape) = 0;
     /// Width 0 where the shape's material cuts no holes.
     virtual OpacityMap opacity(int group, std::size_t shape) = 0;
+
+    /// Which placement each triangle of a merged mesh is of, by attribute face_instance; empty for other shapes.
+    virtual std::vector<std::uint32_t> face_instances(std::size_t shape) = 0;
 
     virtual void set_ids(const ShapeIds& ids) = 0;
     /// 12 numbers a shape, as Matrix34: from a point now to where it is in the neighbour frame. Empty: nothing moves.

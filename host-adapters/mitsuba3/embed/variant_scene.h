@@ -43,6 +43,7 @@ public:
     const std::vector<ShapeGroup>& groups() const override { return groups_; }
     MeshBuffers mesh(int group, std::size_t shape) override;
     OpacityMap opacity(int group, std::size_t shape) override;
+    std::vector<std::uint32_t> face_instances(std::size_t shape) override;
     void set_ids(const ShapeIds& ids) override;
     void set_moved(const std::vector<float>& previous, const std::vector<float>& next) override;
     void place_instance(std::size_t shape, const Matrix34& world_from_group) override;
@@ -175,6 +176,15 @@ MeshBuffers VariantScene<Float, Spectrum>::mesh(int group, std::size_t shape) {
 }
 
 template <typename Float, typename Spectrum>
+std::vector<std::uint32_t> VariantScene<Float, Spectrum>::face_instances(std::size_t shape) {
+    const Floats* of_faces = Parameters(shape_at(-1, shape)).template find<Floats>("face_instance");
+    if (of_faces == nullptr)
+        return {};
+    const std::vector<float> instances = Arrays::to_host(*of_faces);
+    return {instances.begin(), instances.end()};
+}
+
+template <typename Float, typename Spectrum>
 OpacityMap VariantScene<Float, Spectrum>::opacity(int group, std::size_t shape) {
     mitsuba::Object* bsdf = Parameters(shape_at(group, shape)).object("bsdf");
     while (bsdf != nullptr && Parameters(*bsdf).object("brdf_0") != nullptr)  // twosided
@@ -206,12 +216,16 @@ OpacityMap VariantScene<Float, Spectrum>::opacity(int group, std::size_t shape) 
 
 template <typename Float, typename Spectrum>
 void VariantScene<Float, Spectrum>::set_ids(const ShapeIds& ids) {
-    object_ids_ = ids.object;
+    object_ids_.assign(ids.object.begin(), ids.object.begin() + static_cast<std::ptrdiff_t>(shapes_.size()));
     const Parameters parameters(*with_aovs_);
     parameters.template get<Integers>("object_id") = Arrays::integers(ids.object);
     parameters.template get<Integers>("material_id") = Arrays::integers(ids.material);
     parameters.template get<Integers>("instance_id") = Arrays::integers(ids.instance);
-    with_aovs_->parameters_changed({"object_id", "material_id", "instance_id"});
+    if (!ids.face_entry.empty()) {
+        parameters.template get<Integers>("first_face") = Arrays::integers(ids.first_face);
+        parameters.template get<Integers>("face_entry") = Arrays::integers(ids.face_entry);
+    }
+    with_aovs_->parameters_changed({"object_id", "material_id", "instance_id", "first_face", "face_entry"});
 }
 
 template <typename Float, typename Spectrum>

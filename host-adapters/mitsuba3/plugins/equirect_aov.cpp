@@ -34,6 +34,13 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
 stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
    - |exposed|
 
+ * - first_face, face_entry
+   - |int| array
+   - Exposed: for meshes that hold what the ids tell apart. For each of ``scene.shapes()`` from which place on
+     ``face_entry`` has its triangles, counted from 1, or 0; and which entry of ``object_id``, ``material_id`` and
+     ``instance_id`` each triangle has. These tables are then as long as the entries need. (Default: a single 0)
+   - |exposed|
+
  * - moved_previous, moved_next
    - |float| array
    - Exposed: twelve numbers for each of ``scene.shapes()``, the rows of the 3x4 matrix that takes a world point of this
@@ -142,8 +149,8 @@ public:
             m_next = props.get<ScalarAffineTransform4f>("to_world_next");
         using Ids = DynamicBuffer<UInt32>;
         using Matrices = DynamicBuffer<Float>;
-        m_tables = {dr::zeros<Ids>(1), dr::zeros<Ids>(1), dr::zeros<Ids>(1), dr::zeros<Matrices>(1),
-                    dr::zeros<Matrices>(1)};
+        m_tables = {dr::zeros<Ids>(1), dr::zeros<Ids>(1),      dr::zeros<Ids>(1),     dr::zeros<Ids>(1),
+                    dr::zeros<Ids>(1), dr::zeros<Matrices>(1), dr::zeros<Matrices>(1)};
         m_has_previous = props.has_property("to_world_previous");
         m_has_next = props.has_property("to_world_next");
         take_up();
@@ -157,6 +164,8 @@ public:
         cb->put("object_id", m_tables.object_id, ParamFlags::NonDifferentiable);
         cb->put("material_id", m_tables.material_id, ParamFlags::NonDifferentiable);
         cb->put("instance_id", m_tables.instance_id, ParamFlags::NonDifferentiable);
+        cb->put("first_face", m_tables.first_face, ParamFlags::NonDifferentiable);
+        cb->put("face_entry", m_tables.face_entry, ParamFlags::NonDifferentiable);
         cb->put("moved_previous", m_tables.moved_previous, ParamFlags::NonDifferentiable);
         cb->put("moved_next", m_tables.moved_next, ParamFlags::NonDifferentiable);
     }
@@ -213,7 +222,7 @@ public:
         const bool in_python = m_nested->class_name() == Base::ClassName;
         m_nested->render(scene, sensor, seed, spp, in_python, evaluate);
         const equistream::mitsuba_host::PixelGeometry<Float, Spectrum> geometry(scene, sensor, view, facts, m_tables,
-                                                                                m_appearance);
+                                                                                m_entries, m_appearance);
         channels.add(aov_names(), (uint32_t)m_channels.size(),
                      [&](const UInt32& x, const UInt32& y, Float* out) { geometry.put(m_planes, x, y, out); });
         return developed(film, develop, evaluate);
@@ -305,12 +314,35 @@ private:
                 name, shapes * each, each, shapes, found);
     }
 
+    void check_entries(const char* name, const DynamicBuffer<UInt32>& ids, uint32_t shapes) const {
+        if (m_entries == shapes)
+            return check_count(name, ids, shapes, 1);
+        const bool is_default = dr::width(ids) == 0 || (dr::width(ids) == 1 && dr::slice(ids) == 0);
+        if (!is_default && dr::width(ids) < m_entries)
+            refuse("equirect_aov: %s: expected %u numbers, for all entries of face_entry, or a single 0, found %u",
+                   name, m_entries, (uint32_t)dr::width(ids));
+    }
+
+    /// Returns how many entries the tables of ids have: one a shape, and those that triangles have instead.
+    uint32_t check_faces(uint32_t shapes) const {
+        check_count("first_face", m_tables.first_face, shapes, 1);
+        const uint32_t last =
+            dr::width(m_tables.first_face) != 0 ? dr::slice<uint32_t>(dr::max(m_tables.first_face)) : 0;
+        if (last == 0)
+            return shapes;
+        if (last > dr::width(m_tables.face_entry))
+            refuse("equirect_aov: first_face: expected places on face_entry's %u numbers, counted from 1, found %u",
+                   (uint32_t)dr::width(m_tables.face_entry), last);
+        return std::max(shapes, dr::slice<uint32_t>(dr::max(m_tables.face_entry)) + 1);
+    }
+
     void check_tables(uint32_t shapes) {
         if (shapes == m_checked_for)
             return;
-        check_count("object_id", m_tables.object_id, shapes, 1);
-        check_count("material_id", m_tables.material_id, shapes, 1);
-        check_count("instance_id", m_tables.instance_id, shapes, 1);
+        m_entries = check_faces(shapes);
+        check_entries("object_id", m_tables.object_id, shapes);
+        check_entries("material_id", m_tables.material_id, shapes);
+        check_entries("instance_id", m_tables.instance_id, shapes);
         check_count("moved_previous", m_tables.moved_previous, shapes, 12);
         check_count("moved_next", m_tables.moved_next, shapes, 12);
         m_checked_for = shapes;
@@ -359,7 +391,7 @@ private:
     field<AffineTransform4f, ScalarAffineTransform4f> m_previous{ScalarAffineTransform4f()},
         m_next{ScalarAffineTransform4f()};
     /// Number of shapes that the tables were found right for.
-    uint32_t m_checked_for = (uint32_t)-1;
+    uint32_t m_checked_for = (uint32_t)-1, m_entries = 0;
     bool m_has_previous = false, m_has_next = false, m_warned = false;
 
     MI_TRAVERSE_CB(Base, m_nested, m_tables, m_previous, m_next)

@@ -21,10 +21,13 @@ template <typename Float>
 struct ShapeTables {
     using UInt32 = dr::uint32_array_t<Float>;
     mitsuba::DynamicBuffer<UInt32> object_id, material_id, instance_id;
+    /// Of meshes whose triangles have ids of their own: by shape, from which place on face_entry has them, plus 1, or
+    /// 0; and which entry of the three tables each triangle has.
+    mitsuba::DynamicBuffer<UInt32> first_face, face_entry;
     /// Twelve numbers each: the rows of the 3x4 matrix that takes a world point to where it is in the other frame.
     mitsuba::DynamicBuffer<Float> moved_previous, moved_next;
 
-    DRJIT_STRUCT(ShapeTables, object_id, material_id, instance_id, moved_previous, moved_next)
+    DRJIT_STRUCT(ShapeTables, object_id, material_id, instance_id, first_face, face_entry, moved_previous, moved_next)
 };
 
 template <typename Float, typename Spectrum>
@@ -34,10 +37,12 @@ public:
     using Facts = ShapeFacts<Float, Spectrum>;
     using View = SensorView<Float, Spectrum>;
 
-    /// All of it is only referred to.
+    /// All of it is only referred to. `entries`: of the tables of ids that are no defaults.
     PixelGeometry(const Scene* scene, const Sensor* sensor, const View& view, const Facts& facts,
-                  const ShapeTables<Float>& tables, const Appearance<Float, Spectrum>& appearance)
-        : scene_(scene), sensor_(sensor), view_(view), facts_(facts), tables_(tables), appearance_(appearance) {}
+                  const ShapeTables<Float>& tables, std::uint32_t entries,
+                  const Appearance<Float, Spectrum>& appearance)
+        : scene_(scene), sensor_(sensor), view_(view), facts_(facts), tables_(tables), entries_(entries),
+          appearance_(appearance) {}
 
     /// The channels of these planes, in their order, for pixel (x, y) of the crop window. Threads may share this.
     void put(const std::vector<std::string>& planes, const UInt32& x, const UInt32& y, Float* out) const {
@@ -147,12 +152,25 @@ private:
     Float* put_id(const Seen& seen, const mitsuba::DynamicBuffer<UInt32>& given, const UInt32& otherwise,
                   Float* out) const {
         UInt32 id = otherwise;
-        if (dr::width(given) == facts_.count()) {
-            const UInt32 wanted = dr::gather<UInt32>(given, seen.shape, seen.hit);
+        if (dr::width(given) >= entries_) {
+            const UInt32 wanted = dr::gather<UInt32>(given, entry(seen), seen.hit);
             id = dr::select(wanted != 0u, wanted, otherwise);
         }
         *out++ = dr::select(seen.hit, Float(id), Float(0.f));
         return out;
+    }
+
+    /// In the tables of ids.
+    UInt32 entry(const Seen& seen) const {
+        if (dr::width(tables_.first_face) != facts_.count() || dr::width(tables_.face_entry) == 0)
+            return seen.shape;
+        const UInt32 first = dr::gather<UInt32>(tables_.first_face, seen.shape, seen.hit);
+        const Mask by_face = seen.hit && first != 0u;
+        // Never beyond the table, whatever somebody filled it with.
+        const UInt32 place = dr::minimum(first - 1u + UInt32(seen.si.prim_index),
+                                         UInt32(std::uint32_t(dr::width(tables_.face_entry) - 1)));
+        const UInt32 of_face = dr::gather<UInt32>(tables_.face_entry, place, by_face);
+        return dr::select(by_face, of_face, seen.shape);
     }
 
     static Float* put_two(const Vector2f& values, Float* out) {
@@ -203,6 +221,7 @@ private:
     const View& view_;
     const Facts& facts_;
     const ShapeTables<Float>& tables_;
+    std::uint32_t entries_;
     const Appearance<Float, Spectrum>& appearance_;
 };
 

@@ -116,17 +116,27 @@ fs::path OwnScene::converted(const LoadContext& context) {
 /// As the embedded host numbers them.
 void OwnScene::number_shapes() {
     ShapeIds ids;
-    for (std::size_t i = 0; i < scene_->shapes().size(); ++i) {
-        const ShapeSummary& shape = scene_->shapes()[i];
-        const std::uint32_t k = instance_of(shape.id);
+    const auto add = [&](std::uint32_t k) {
         const bool known = k < placements_.instances.size();
         const Instance& instance = placements_.instances[known ? k : 0];
         ids.object.push_back(known ? instance.object + 1 : no_surface_id);
         ids.material.push_back(known ? placements_.meshes[instance.mesh].material + 1 : no_surface_id);
         ids.instance.push_back(known ? k + 1 : no_surface_id);
-        if (known && moves_[k] != 0)
+        return known;
+    };
+    const auto shapes = static_cast<std::uint32_t>(scene_->shapes().size());
+    for (std::uint32_t i = 0; i < shapes; ++i) {
+        const std::vector<std::uint32_t> merged = scene_->face_instances(i);
+        ids.first_face.push_back(merged.empty() ? 0 : static_cast<std::uint32_t>(ids.face_entry.size() + 1));
+        for (const std::uint32_t k : merged)
+            ids.face_entry.push_back(shapes + k);
+        const ShapeSummary& shape = scene_->shapes()[i];
+        const std::uint32_t k = merged.empty() ? instance_of(shape.id) : merged.front();
+        if (add(k) && merged.empty() && moves_[k] != 0)
             moving_.push_back({i, k, shape.is_mesh, shape.is_mesh ? scene_->mesh(-1, i) : MeshBuffers{}});
     }
+    for (std::uint32_t k = 0; k < placements_.instances.size() && !ids.face_entry.empty(); ++k)
+        add(k);
     scene_->set_ids(ids);
 }
 
