@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -31,6 +32,20 @@ constexpr std::uint32_t max_samples = 1 << 20;
 constexpr const char* option_group = "For a scene, rendered while it is watched";
 
 constexpr double note_interval_s = 10;
+/// Of a renderer that has died.
+constexpr std::size_t max_restarts = 3;
+constexpr std::chrono::hours restarts_within{1};
+
+std::string words_of(const std::exception_ptr& problem) {
+    try {
+        std::rethrow_exception(problem);
+    } catch (const std::exception& error) {
+        return error.what();
+    } catch (const cli::ChildFailed& failed) {  // it has said why
+        return "the renderer has ended with status " + std::to_string(failed.exit_code);
+    }
+}
+
 /// For viewers to take what is left, once it ends.
 constexpr std::chrono::seconds time_to_take_the_rest{2};
 
@@ -39,10 +54,9 @@ public:
     Live(asio::io_context& io, asio::signal_set& stop, asio::ip::tcp::acceptor acceptor, const LiveSettings& settings)
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
           server_(std::move(acceptor), stream_, settings.server), encoder_(settings.coding),
-          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), timer_(io),
-          child_(io, settings.program, settings.arguments,
-                 {[this](double rate) { start(rate); }, [this](const RenderedFrame& frame) { take(frame); },
-                  [this](std::exception_ptr problem) { end(problem); }}) {}
+          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), timer_(io) {
+        start_renderer();
+    }
     ~Live() {
         server_.stop();  // before what its viewers are fed from goes
         worker_.join();
@@ -63,6 +77,34 @@ public:
     }
 
 private:
+    void start_renderer() {
+        is_ready_ = is_rendering_ = has_rendered_ = false;
+        child_.emplace(io_, settings_.program, settings_.arguments,
+                       RenderChild::Events{[this](double rate) { start(rate); },
+                                           [this](const RenderedFrame& frame) { take(frame); },
+                                           [this](std::exception_ptr problem) { lose_renderer(problem); }});
+    }
+
+    /// One that has rendered something since it was started is started again, a few times an hour.
+    void lose_renderer(std::exception_ptr problem) {
+        const auto now = Clock::now();
+        std::erase_if(restarts_, [&](Clock::time_point then) { return now - then > restarts_within; });
+        if (is_ending_ || !has_rendered_ || restarts_.size() >= max_restarts)
+            return end(problem);
+        restarts_.push_back(now);
+        note(words_of(problem) + "; it is started again");
+        child_->end();
+        asio::post(io_, [this] {  // not within its own call
+            if (is_ending_)
+                return;
+            try {
+                start_renderer();
+            } catch (...) {
+                end(std::current_exception());
+            }
+        });
+    }
+
     /// Whoever tells of a change may be in the middle of it.
     void look_soon() {
         asio::post(io_, [this] { look(); });
@@ -83,6 +125,10 @@ private:
     void start(double frames_per_second) {
         frames_per_second_ = frames_per_second;
         is_ready_ = true;
+        if (std::exchange(is_listening_, true)) {
+            was_idle_ = true;  // time stood still
+            return look();
+        }
         server_.start();
         listening_();
     }
@@ -111,12 +157,13 @@ private:
         is_rendering_ = true;
         // A window lies where eyes will look once it is on its way.
         const Samples samples = pace_.samples();
-        child_.order(
+        child_->order(
             {frame, samples.looked_at, samples.base, stream_.steering(last_age_s_), stream_.gaze(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {
         is_rendering_ = false;
+        has_rendered_ = true;
         figures_.render_s += frame.render_s;
         figures_.write_s += frame.write_s;
         const Samples samples = pace_.samples();
@@ -177,7 +224,8 @@ private:
             problem_ = problem;
         if (std::exchange(is_ending_, true))
             return;
-        child_.end();
+        if (child_)  // where it could not be started again there is none
+            child_->end();
         timer_.cancel();
         server_.stop_accepting();
         asio::post(worker_, [this] {
@@ -240,11 +288,12 @@ private:
     double last_age_s_ = 0;  // as in LiveFigures, of the last sphere
     std::int64_t intervals_ = 0;
     int coding_ = 0;  // frames that the worker has not coded yet
-    bool is_ready_ = false, is_rendering_ = false, was_idle_ = true;
+    bool is_ready_ = false, is_rendering_ = false, has_rendered_ = false, was_idle_ = true, is_listening_ = false;
     bool is_ending_ = false, has_ended_ = false;
     std::exception_ptr problem_;
     asio::thread_pool worker_{1};
-    RenderChild child_;  // last: it tells the others
+    std::vector<Clock::time_point> restarts_;
+    std::optional<RenderChild> child_;  // last: it tells the others
 };
 
 }  // namespace

@@ -39,6 +39,8 @@ void check(const Options& options) {
     cli::require(server.patience_s >= 0.1 && server.patience_s <= max_patience_s, "--patience", "0.1 to 86400 s",
                  in_words(server.patience_s));
     cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
+    cli::require(server.per_address.value_or(1) >= 1, "--per-address", "at least 1",
+                 std::to_string(server.per_address.value_or(1)));
     if (!std::filesystem::exists(options.source))
         throw InputError(options.source + ": no such file or folder");
     cli::require(options.more.empty() || is_scene(options.source) || std::filesystem::is_directory(options.source),
@@ -98,11 +100,15 @@ struct Door {
     explicit Door(const std::string& listen)
         : acceptor(bind_to(io, parse_listen_address(listen, "--listen"), "--listen")), stop(io, SIGINT, SIGTERM) {}
 
-    /// Returns the address.
-    std::string open(const std::string& listen) {
+    /// Returns the address, and says who can come to it.
+    std::string open(const std::string& listen, cli::ProgressStyle log) {
         asio::error_code error;
         acceptor.listen(asio::socket_base::max_listen_connections, error);
         cli::require(!error, "--listen " + listen, "an address that is free", error.message());
+        if (!acceptor.local_endpoint().address().is_loopback())
+            log_note(log, "whoever reaches " + url_of(acceptor.local_endpoint()) +
+                              " can watch, and steer a scene: there is no password and no encryption "
+                              "(docs/security.md)");
         return url_of(acceptor.local_endpoint());
     }
 };
@@ -127,7 +133,7 @@ void run_recorded(const Options& options) {
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
     const std::unique_ptr<Programme> recording = open_recording(file, options.loop);
-    const std::string url = door.open(options.listen);
+    const std::string url = door.open(options.listen, options.live.settings.server.log);
     Server server(std::move(door.acceptor), *recording, options.live.settings.server);
     door.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
@@ -146,7 +152,7 @@ void run_live(const Options& options) {
     std::optional<cli::ScratchFolder> scratch;
     const LiveSettings settings =
         live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
-    const std::string url = door.open(options.listen);
+    const std::string url = door.open(options.listen, options.live.settings.server.log);
     report(options, serve_live(door.io, door.stop, std::move(door.acceptor), settings,
                                [&] { say_listening(url, options.json); }));
 }
@@ -165,6 +171,8 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
                    "free")
         .required();
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
+    app.add_option("--per-address", server.per_address,
+                   "Of them from one address (default: 4, and any number from this machine)");
     cli::add_with_default(app, "--patience", server.patience_s,
                           "Seconds after which a viewer that does not read, or stays as far behind, is dropped");
     app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv without tiles only)");

@@ -5,6 +5,7 @@
 #include <asio/io_context.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
@@ -18,11 +19,32 @@ namespace {
 /// Until the next try where the system had no room for a connection.
 constexpr std::chrono::milliseconds before_retry{100};
 
+/// Of viewers from one address, but for this machine's.
+constexpr int default_per_address = 4;
+
+/// Where both kinds of addresses are listened to, IPv4's come within IPv6's.
+asio::ip::address unmapped(const asio::ip::address& address) {
+    if (!address.is_v6() || !address.to_v6().is_v4_mapped())
+        return address;
+    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+}
+
+/// Of IPv6 the network: one machine may have all of its addresses.
+asio::ip::address counted(const asio::ip::address& address) {
+    if (!address.is_v6())
+        return address;
+    auto bytes = address.to_v6().to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
+    return asio::ip::address_v6(bytes);
+}
+
+std::string left_out_text(std::int64_t lines) {
+    return std::to_string(lines) + " lines of viewers were left out";
+}
+
 /// "127.0.0.1:51234"
-std::string peer_of(const asio::ip::tcp::socket& socket) {
-    asio::error_code error;
-    const auto endpoint = socket.remote_endpoint(error);
-    return error ? "an address unknown" : url_of(endpoint).substr(sizeof "tcp://" - 1);
+std::string peer_text(const asio::ip::tcp::endpoint& peer) {
+    return url_of(peer).substr(sizeof "tcp://" - 1);
 }
 
 void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json& json) {
@@ -49,7 +71,7 @@ void Server::accept() {
 }
 
 void Server::retry_later(const asio::error_code& error) {
-    log_event(settings_.log, {"could not be let in", 0, "an address unknown", 0, error.message()});
+    tell({"could not be let in", 0, "an address unknown", 0, error.message()});
     retry_.expires_after(before_retry);
     retry_.async_wait([this](const asio::error_code& cancelled) {
         if (!cancelled && acceptor_.is_open())
@@ -57,43 +79,78 @@ void Server::retry_later(const asio::error_code& error) {
     });
 }
 
+std::string Server::refusal(const asio::ip::address& peer) const {
+    if (viewers_.size() >= std::size_t(settings_.max_viewers))
+        return std::to_string(viewers_.size()) + " are here already (--viewers)";
+    if (!settings_.per_address && peer.is_loopback())
+        return {};
+    const int most = settings_.per_address.value_or(default_per_address);
+    const auto same =
+        std::ranges::count_if(viewers_, [&](const auto& numbered) { return numbered.second.from == counted(peer); });
+    return same < most ? std::string() : std::to_string(same) + " from there are here already (--per-address)";
+}
+
+void Server::refuse(const std::string& address, const std::string& why) {
+    ++figures_.refused;
+    tell({"refused", 0, address, 0, why});
+}
+
 void Server::welcome(asio::ip::tcp::socket socket) {
-    const std::string address = peer_of(socket);
-    if (viewers_.size() >= std::size_t(settings_.max_viewers)) {
-        ++figures_.refused;
-        log_event(settings_.log,
-                  {"refused", 0, address, 0, std::to_string(viewers_.size()) + " are here already (--viewers)"});
+    asio::error_code gone;
+    const auto endpoint = socket.remote_endpoint(gone);
+    if (gone)  // it has hung up already
         return;
-    }
+    const std::string address = peer_text(endpoint);
+    const asio::ip::address peer = unmapped(endpoint.address());
+    if (const std::string why = refusal(peer); !why.empty())
+        return refuse(address, why);
     std::unique_ptr<Feed> feed;
     try {
         feed = programme_.open_feed();
     } catch (const std::exception& error) {  // the file has gone, or there is no room for one more
-        ++figures_.refused;
-        log_event(settings_.log, {"refused", 0, address, 0, error.what()});
-        return;
+        return refuse(address, error.what());
     }
     const int number = ++figures_.viewers;
     const auto viewer = std::make_shared<Viewer>(std::move(socket), std::move(feed), settings_.patience_s);
-    viewers_.emplace(number, viewer);
-    log_event(settings_.log, {"came", number, address, 0, ""});
+    viewers_.emplace(number, Guest{viewer, counted(peer)});
+    tell({"came", number, address, 0, ""});
     viewer->start([this, number, address](const std::string& how, const std::string& detail) {
         count_out(number, address, how, detail);
     });
 }
 
 void Server::count_out(int number, const std::string& address, const std::string& how, const std::string& detail) {
-    const auto viewer = viewers_.extract(number).mapped();
+    const auto viewer = viewers_.extract(number).mapped().viewer;
     figures_.bytes_sent += viewer->bytes_sent();
     figures_.dropped += how == "dropped" ? 1 : 0;
-    log_event(settings_.log, {how, number, address, viewer->bytes_sent(), detail});
+    tell({how, number, address, viewer->bytes_sent(), detail});
+}
+
+void Server::tell(const ViewerEvent& event) {
+    if (!lines_.allows(Clock::now()))
+        return;
+    ViewerEvent told = event;
+    if (const std::int64_t left_out = lines_.take_left_out(); left_out > 0)
+        told.detail += (told.detail.empty() ? "" : "; ") + left_out_text(left_out);
+    log_event(settings_.log, told);
+}
+
+bool LineLimit::allows(Clock::time_point now) {
+    const double since_s = std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    lines_ = std::min(at_once, lines_ + a_second * since_s);
+    if (lines_ < 1) {
+        ++left_out_;
+        return false;
+    }
+    lines_ -= 1;
+    return true;
 }
 
 /// Over a copy: who is woken may leave.
 void Server::wake() {
     const auto all = viewers_;
-    for (const auto& [number, viewer] : all)
-        viewer->wake();
+    for (const auto& [number, guest] : all)
+        guest.viewer->wake();
 }
 
 void Server::stop_accepting() {
@@ -104,9 +161,11 @@ void Server::stop_accepting() {
 
 void Server::stop() {
     stop_accepting();
-    for (const auto& [number, viewer] : viewers_) {
-        figures_.bytes_sent += viewer->bytes_sent();
-        viewer->stop();
+    if (const std::int64_t left_out = lines_.take_left_out(); left_out > 0)
+        log_note(settings_.log, left_out_text(left_out));
+    for (const auto& [number, guest] : viewers_) {
+        figures_.bytes_sent += guest.viewer->bytes_sent();
+        guest.viewer->stop();
     }
     viewers_.clear();
 }

@@ -9,7 +9,10 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace equistream::serve {
 
@@ -26,10 +29,27 @@ void log_event(cli::ProgressStyle style, const ViewerEvent& event);
 /// What else there is to tell.
 void log_note(cli::ProgressStyle style, const std::string& text);
 
+/// How many lines strangers may fill a log with: some at once, and then so many a second.
+class LineLimit {
+public:
+    bool allows(Clock::time_point now);
+    /// Lines that were not allowed since this was last asked.
+    std::int64_t take_left_out() { return std::exchange(left_out_, 0); }
+
+private:
+    static constexpr double at_once = 20, a_second = 2;
+
+    double lines_ = at_once;
+    Clock::time_point last_{};
+    std::int64_t left_out_ = 0;
+};
+
 // Lets viewers in, up to a limit, and keeps count. One thread: that of the io_context.
 
 struct ServerSettings {
     int max_viewers = 8;
+    /// Of them from one address, of IPv6 from one network of 64 bits; nothing: 4, and any number from this machine.
+    std::optional<int> per_address{};
     double patience_s = 10;  ///< with one that does not read, or not fast enough
     cli::ProgressStyle log = cli::ProgressStyle::automatic;
 };
@@ -60,13 +80,23 @@ private:
     void retry_later(const asio::error_code& error);
     void welcome(asio::ip::tcp::socket socket);
     void count_out(int number, const std::string& address, const std::string& how, const std::string& detail);
+    /// Why one from there is not let in; empty: it is.
+    std::string refusal(const asio::ip::address& peer) const;
+    void refuse(const std::string& address, const std::string& why);
+    void tell(const ViewerEvent& event);
+
+    struct Guest {
+        std::shared_ptr<Viewer> viewer;
+        asio::ip::address from;  ///< as limits count it
+    };
 
     asio::ip::tcp::acceptor acceptor_;
     asio::steady_timer retry_;
     Programme& programme_;
     ServerSettings settings_;
     ServerFigures figures_;
-    std::map<int, std::shared_ptr<Viewer>> viewers_;
+    std::map<int, Guest> viewers_;
+    LineLimit lines_;
 };
 
 // Where the server listens: tcp://HOST:PORT.

@@ -181,12 +181,20 @@ class Embree(Live):
     def test_samples_go_to_the_window_before_its_base(self):
         server = self.serve("--window", "90x60", "--density", 512, "--rate", 0.02, "--accumulate", 32, "--json", spp=2)
         viewer = Viewer(server)
-        viewer.wait_for_more(10)
+
+        def samples():
+            tracks = self.received(viewer).tracks
+            return [[frame["samples_per_pixel"] for frame in tracks[name]["frames"]][:7] for name in ("window", "main")]
+
+        def seven_came():
+            viewer.wait_for_more(2)
+            return min(map(len, samples())) == 7
+
+        wait_for(seven_came, "seven frames")
         status, printed = server.end()
         viewer.wait_for_end()
         self.assertEqual(status, 0)
-        tracks = self.received(viewer).tracks
-        window, base = ([frame["samples_per_pixel"] for frame in tracks[name]["frames"]][:7] for name in ("window", "main"))
+        window, base = samples()
         self.assertEqual((window, base), ([1, 1, 2, 2, 2, 2, 2], [1, 1, 1, 1, 2, 2, 2]))
         self.assertEqual([json.loads(printed)["live"][name] for name in ("spp", "base_spp")], [2, 2])
 
@@ -243,19 +251,30 @@ class Embree(Live):
         self.wait_to_see(second, elsewhere)
         self.assertEqual(server.end()[0], 0)
 
-    def test_a_renderer_that_dies_ends_it(self):
-        server = self.serve("--progress", "none")
+    def test_a_renderer_that_dies_is_started_again_three_times(self):
+        server = self.serve()
         viewer = Viewer(server)
+        died = r"equistream serve: .*equistream-render-embree: was ended by signal 9"
         viewer.wait_for_more(2)
+        for restarts in range(1, 4):
+            subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
+            wait_for(lambda: server.log.read_text().count("it is started again") == restarts, "it to say so")
+            viewer.wait_for_more(4)  # two may be of the one before
+        last = int(self.received(viewer).frames[-1]["index"])
         subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
         server.process.communicate(timeout=PATIENCE_S)
         self.assertEqual(server.process.returncode, 1)
-        lines = server.log.read_text().splitlines()
-        self.assertEqual(len(lines), 1, lines)
-        self.assertRegex(lines[0], "^equistream serve: .*equistream-render-embree: was ended by signal 9$")
+        lines = [line for line in server.log.read_text().splitlines() if "signal" in line]
+        self.assertEqual(len(lines), 4, lines)
+        for line in lines[:3]:
+            self.assertRegex(line, f"^{died}; it is started again$")
+        self.assertRegex(lines[3], f"^{died}$")
         viewer.wait_for_end()
         received = self.received(viewer)
         self.assertTrue(received.whole, received.truncation)
+        indices = [frame["index"] for frame in received.frames]
+        self.assertEqual(indices, sorted(set(indices)))
+        self.assertGreaterEqual(indices[-1], last)
 
     def test_the_renderer_ends_with_the_server(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGKILL):

@@ -44,6 +44,21 @@ TEST(LiveStreams, SayThatTheServerIsThereEverySecond) {
     EXPECT_TRUE(feed->next(block, 20).ended);
 }
 
+TEST(LiveStreams, KeepNoMoreThanSoMuchForOneThatDoesNotRead) {
+    LiveStream stream([] {});
+    const auto waits = stream.open_feed(), reads = stream.open_feed();
+    stream.set_header("header");
+    const std::string mebibyte(1 << 20, 'x');
+    std::array<char, 1 << 16> block;
+    for (int i = 0; i < 65; ++i) {
+        stream.publish(mebibyte, true);
+        while (reads->next(block, i).bytes > 0) {
+        }
+    }
+    EXPECT_EQ(waits->next(block, 65).problem, "it is too far behind");
+    EXPECT_EQ(reads->next(block, 65).problem, "");
+}
+
 TEST(LiveStreams, ReadersPassOverIt) {
     const synthetic::Folder folder;
     std::string pending, sent;

@@ -1,0 +1,78 @@
+/// What strangers who can reach the server do to it and to its viewers (docs/security.md).
+#include "serve_fixture.h"
+
+#include <memory>
+
+namespace equistream::test {
+namespace {
+
+TEST_F(Serving, OneAddressHasNoMoreThanItsShare) {
+    record_large("a.mkv");
+    Server server(arguments("a.mkv", {"--per-address", "2"}), place());
+    const std::uint16_t port = server.port();
+    Viewer first(port), second(port);
+    EXPECT_EQ(first.read(10).size(), 10u);
+    EXPECT_EQ(second.read(10).size(), 10u);
+    Viewer third(port);
+    EXPECT_TRUE(third.read().empty());
+    EXPECT_EQ(server.lines_with("refused: 2 from there are here already (--per-address)"), 1) << server.log();
+    first.leave();
+    EXPECT_TRUE(comes_true([&] { return server.lines_with(" left") == 1; })) << server.log();
+    Viewer fourth(port);
+    EXPECT_EQ(fourth.read(10).size(), 10u);
+}
+
+TEST_F(Serving, FromThisMachineAnyNumberMayCome) {
+    record_large("a.mkv");
+    Server server(arguments("a.mkv"), place());
+    const std::uint16_t port = server.port();
+    std::vector<std::unique_ptr<Viewer>> viewers;
+    for (int i = 0; i < 8; ++i) {
+        viewers.push_back(std::make_unique<Viewer>(port));
+        EXPECT_EQ(viewers.back()->read(10).size(), 10u) << i;
+    }
+}
+
+/// 500 at once, and 1,000 that come and go, some of them broken off.
+TEST_F(Serving, AFloodOfConnectionsSpoilsNeitherAViewersStreamNorTheLog) {
+    const std::string stream = record_large("a.mkv");
+    Server server(arguments("a.mkv", {"--viewers", "3"}), place());
+    const std::uint16_t port = server.port();
+    const auto start = Clock::now();
+    Viewer viewer(port);
+    EXPECT_EQ(viewer.read(10).size(), 10u);
+    std::size_t read = 10;
+    std::vector<std::unique_ptr<Viewer>> many;
+    for (int i = 0; i < 500; ++i) {
+        many.push_back(std::make_unique<Viewer>(port));
+        EXPECT_GE(viewer.read(read += 10000).size(), read);
+    }
+    for (int i = 0; i < 1000; ++i) {
+        Viewer passing(port);
+        if (i % 3 == 0)
+            passing.break_off();
+        EXPECT_GE(viewer.read(read += 10000).size(), read);
+    }
+    EXPECT_LT(read, stream.size());
+    EXPECT_TRUE(viewer.read() == stream);
+    viewer.leave();
+    const double most_lines = 20 + 2 * seconds_since(start) + 2;
+    EXPECT_EQ(server.end_by(SIGTERM), 0) << server.log();
+    EXPECT_LE(server.lines_with("viewer"), int(most_lines)) << server.log();
+    EXPECT_GE(server.lines_with("refused: 3 are here already (--viewers)"), 1) << server.log();
+    EXPECT_GE(server.lines_with(" lines of viewers were left out"), 1) << server.log();
+}
+
+TEST_F(Serving, SaysWhoCanComeToIt) {
+    record("a.mkv");
+    {
+        Server server({path("a.mkv"), "--listen", "tcp://0.0.0.0:0"}, place());
+        ASSERT_TRUE(comes_true([&] { return server.lines_with("there is no password and no encryption") == 1; }));
+    }
+    Server server(arguments("a.mkv"), place());
+    server.url();
+    EXPECT_EQ(server.log(), "");
+}
+
+}  // namespace
+}  // namespace equistream::test
