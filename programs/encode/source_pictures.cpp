@@ -188,6 +188,12 @@ void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
         const int width = first[i].width(), height = first[i].height();
         cli::require(width % 2 == 0 && height % 2 == 0, sources.tracks[i].folder.string(),
                      "frames of even width and height (4:2:0 video has no odd sizes)", size_text(width, height));
+        const int columns = first[i].role == TrackRole::window ? window_grid_of(first[i].info).columns : 0;
+        const int around = first.front().width();
+        cli::require(columns == 0 || columns > around, sources.tracks[i].folder.string(),
+                     "windows of a sphere of more columns than the " + std::to_string(around) + " of " +
+                         sources.tracks.front().folder.string(),
+                     std::to_string(columns));
     }
 }
 

@@ -285,7 +285,7 @@ class Fit:
                 self.why.append(f"{name}: does not come to it")
                 continue
             along_mb = (other.bytes_once + self.path_frames * other.point.bytes) / 1e6
-            self.why.append(f"{name}: {other.point.way.title.split(',')[0]}, CRF {other.crf}, {other.bytes_once:,} bytes once and {other.point.bytes:,.0f} a frame: "
+            self.why.append(f"{name}: {other.point.way.title.split(',')[0]}, {other.width} columns, CRF {other.crf}, {other.bytes_once:,} bytes once and {other.point.bytes:,.0f} a frame: "
                             f"{along_mb:,.1f} MB along the path's {self.path_frames} frames: {taken_text(other is chosen)}")
         return chosen
 
@@ -330,8 +330,11 @@ class Fit:
         return point and Chosen(point, fill, once, model_px=budget_px or 0, model_file=file, told=self.told, geometry_file=self.work.given)
 
     def streamed(self, fill, width, crf):
-        """Of the smallest share of bits that costs less than CLOSE_DB."""
+        """Of the smallest share of bits that costs less than CLOSE_DB; of this width or of a wider sphere, whose depth is finer too."""
         most = self.at(by_streamed_depth(fill, self.told, self.light, SHARES[0]), width, crf)
         share = last_holding(SHARES, lambda share: self.at(by_streamed_depth(fill, self.told, self.light, share), width, crf).db > most.db - CLOSE_DB)
-        point = self.finest(by_streamed_depth(fill, self.told, self.light, share), width, crf)
-        return point and Chosen(point, fill, 0, depth_share=share, told=self.told)
+        try:
+            point = self.fewest_bytes(by_streamed_depth(fill, self.told, self.light, share), width)
+        except Unreachable:
+            return None
+        return Chosen(point, fill, 0, depth_share=share, told=self.told)

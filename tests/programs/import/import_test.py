@@ -469,6 +469,13 @@ class Import(unittest.TestCase):
         self.assert_refused([cut, "--window", "32,16", "--density", 128, "--fov", 80, *refused], "--fov", "none with --window X,Y")
         self.assert_refused([cut, "--density", 128, *refused], "--density", "--window X,Y as well")
         self.assertFalse((self.work / "none").exists())
+        write(self.work / "around.0000.exr", self.cycles_channels(dense))
+        for source, words in (("around", []), ("cut", ["--window", "32,16", "--density", WIDTH])):
+            result = run("import", self.work / f"{source}.0000.exr", *words, "--path", path, "--lock", "path", "--out", self.work / "out-coarse")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        result = run("encode", self.work / "out-coarse", "--out", self.work / "none.mp4")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn(f"expected windows of a sphere of more columns than the {WIDTH} of", result.stderr)
 
     def assert_refused(self, words, *mentions):
         result = run("import", *words)

@@ -9,7 +9,7 @@ from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting.choice import Chosen, Fit, Unreachable, most_for_bytes
 from fitting.report import sections_of, settings_text
-from fitting.work import NARROWEST, Asked, Fill, Light, Point, base_width, by_scene, density
+from fitting.work import NARROWEST, Asked, Fill, Light, Point, base_width, by_scene, by_streamed_depth, density
 from render_list import size_text
 from steps import Failed
 
@@ -254,6 +254,26 @@ class Window(unittest.TestCase):
         sphere, chosen, fit = self.chosen(0.1, Fill("hidden,pushpull", "hidden"))
         self.assertIs(chosen, sphere)
         self.assertIn("not tried", fit.why[-1])
+
+
+class StreamedDepth(unittest.TestCase):
+    """Depth errs the more the narrower the sphere is."""
+
+    def test_a_sphere_wide_enough_for_its_depth_is_taken(self):
+        fit = Fit(None, Asked((640, 360), 90.0, 30, 31, 64, 64, 1), "h264", 30, 300)
+        fit.light = Light(1)
+        wide = fit.asked.matching_width
+        narrow = min(fit.asked.widths, key=lambda width: abs(width - wide / 2))
+
+        def at(way, width, crf):
+            db = 40 + 6 * math.log2(width / wide) - 0.1 * (crf or 0) - 2.5 * (wide / width) ** 2
+            return Point(way, width, crf, db, db, db, None if crf is None else width ** 2 * 2 ** (-crf / 6), None)
+
+        fit.at = at
+        chosen = fit.streamed(Fill(), narrow, 24)
+        self.assertGreater(chosen.width, narrow)
+        self.assertGreaterEqual(chosen.point.db, fit.level)
+        self.assertIsNone(fit.finest(by_streamed_depth(Fill(), False, fit.light, 0.1), narrow, 24))
 
 
 class Rendered:
