@@ -10,15 +10,16 @@ layout(binding = 0, rgba8) uniform writeonly image2DArray eye_colour;
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
+#include "gap_taps.glsl"
 
 vec3 colour_at(vec2 position) {
-    vec2 from_first = position - 0.5;
-    ivec2 corner = ivec2(floor(from_first));
-    vec2 s = from_first - vec2(corner);
-    vec3 corners[4];
+    Taps taps;
+    vec4 weights;
+    find_taps(position, taps, weights);
+    vec3 colour = vec3(0.0);
     for (int k = 0; k < 4; ++k)
-        corners[k] = texelFetch(source_colour, wrapped(corner + ivec2(k & 1, k >> 1)), 0).rgb;
-    return mix(mix(corners[0], corners[1], s.x), mix(corners[2], corners[3], s.x), s.y);
+        colour += weights[k] * texelFetch(source_colour, taps.places[k], 0).rgb;
+    return colour;
 }
 
 void main() {

@@ -72,7 +72,7 @@ EyeRenderer::~EyeRenderer() = default;
 void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times) {
     const bool is_first = frames_[current_].frame() == nullptr;
     const std::size_t next = is_first ? current_ : 1 - current_;
-    require_tagged_sizes(*frame);
+    require_tagged_sizes(*frame);  // before a window goes for it
     leave_window(next);
     frames_[next].upload(std::move(frame));
     specular_[next].upload(frames_[next].main().view);
@@ -110,7 +110,6 @@ void EyeRenderer::leave_window(std::size_t place) {
 
 /// Once a frame: which of them there are changes with it alone.
 void EyeRenderer::find_left_windows() {
-    left_pictures_.clear();
     const FrameInfo& main = frame().main.info;
     if (current().base() == nullptr)
         return;

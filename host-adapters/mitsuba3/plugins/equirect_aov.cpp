@@ -305,10 +305,14 @@ private:
     }
 
     template <typename Table>
+    static bool is_default(const Table& table) {
+        return dr::width(table) == 0 || (dr::width(table) == 1 && dr::slice(table) == 0);
+    }
+
+    template <typename Table>
     static void check_count(const char* name, const Table& table, uint32_t shapes, uint32_t each) {
         const size_t found = dr::width(table);
-        const bool is_default = found == 0 || (found == 1 && dr::slice(table) == 0);
-        if (!is_default && found != (size_t)shapes * each)
+        if (!is_default(table) && found != (size_t)shapes * each)
             refuse(
                 "equirect_aov: %s: expected %u numbers (%u for each of the scene's %u shapes) or a single 0, found %u",
                 name, shapes * each, each, shapes, found);
@@ -317,8 +321,7 @@ private:
     void check_entries(const char* name, const DynamicBuffer<UInt32>& ids, uint32_t shapes) const {
         if (m_entries == shapes)
             return check_count(name, ids, shapes, 1);
-        const bool is_default = dr::width(ids) == 0 || (dr::width(ids) == 1 && dr::slice(ids) == 0);
-        if (!is_default && dr::width(ids) < m_entries)
+        if (!is_default(ids) && dr::width(ids) < m_entries)
             refuse("equirect_aov: %s: expected %u numbers, for all entries of face_entry, or a single 0, found %u",
                    name, m_entries, (uint32_t)dr::width(ids));
     }
