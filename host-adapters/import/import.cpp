@@ -281,7 +281,7 @@ std::vector<std::string> stems_of(const std::map<Pattern, Numbered>& sets) {
         while (!stem.empty() && std::ispunct(static_cast<unsigned char>(stem.back())))
             stem.pop_back();
         const bool one_name =
-            std::ranges::all_of(sets, [&](const auto& s) { return s.first.before == pattern.before; });
+            std::ranges::all_of(sets, [&, &own = pattern](const auto& s) { return s.first.before == own.before; });
         // A folder for each AOV, else a name.
         stems.push_back(stem.empty() || (sets.size() > 1 && one_name) ? pattern.folder.filename().string() : stem);
     }

@@ -78,7 +78,7 @@ std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose) {
 /// Drops what cannot begin a message. True: a header is there.
 bool ViewerMessageReader::at_message() {
     for (;;) {
-        const auto begin = std::ranges::search(read_, magic).begin();
+        const auto begin = std::search(read_.begin(), read_.end(), magic.begin(), magic.end());
         if (begin == read_.end()) {  // of the magic's beginning the rest may come
             read_.erase(read_.begin(), read_.end() - std::min<std::ptrdiff_t>(std::ssize(read_), magic.size() - 1));
             return false;

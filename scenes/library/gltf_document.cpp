@@ -273,8 +273,8 @@ void add_shading(const tinygltf::Model& model, LeftOut& left_out) {
     using Material = tinygltf::Material;
     of_materials("normal maps", [](const Material& m) { return m.normalTexture.index >= 0; });
     of_materials("blending, taken as opaque", [](const Material& m) { return m.alphaMode == "BLEND"; });
-    for (const auto& [extension, name] : material_extensions)
-        of_materials(name, [&](const Material& m) { return m.extensions.contains(extension); });
+    for (const auto& known : material_extensions)
+        of_materials(known.second, [&](const Material& m) { return m.extensions.contains(known.first); });
     add(left_out, "vertex colours",
         count_primitives(model, [](const auto& p) { return p.attributes.contains("COLOR_0"); }), "primitive");
     if (std::ranges::find(model.extensionsUsed, "KHR_lights_punctual") != model.extensionsUsed.end())

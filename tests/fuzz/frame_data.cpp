@@ -42,6 +42,6 @@ Seeds seeds() {
 
 }  // namespace
 
-const Target frame_data_target{"frame_data", read, seeds, 50000};
+const Target frame_data_target{"frame_data", read, seeds, 50000, damage_frame_data};
 
 }  // namespace equistream::fuzz

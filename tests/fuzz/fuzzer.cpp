@@ -28,9 +28,20 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
     return 0;
 }
 
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
+    std::mt19937 random(seed);
+    if (FUZZ_TARGET.damage == nullptr || random() % 2 == 0)
+        return LLVMFuzzerMutate(data, size, max_size);
+    FUZZ_TARGET.damage({data, size}, random);
+    return size;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
-        accepts(FUZZ_TARGET, {data, size});
+        refusal_of(FUZZ_TARGET, {data, size});
     } catch (const std::exception& find) {
         std::fprintf(stderr, "find: %s\n", find.what());
         std::abort();

@@ -58,6 +58,6 @@ Seeds seeds() {
 
 }  // namespace
 
-const Target stream_target{"stream", read, seeds, 500};
+const Target stream_target{"stream", read, seeds, 500, damage_frame_data};
 
 }  // namespace equistream::fuzz

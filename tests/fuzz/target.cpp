@@ -1,11 +1,15 @@
 #include "target.h"
 
 #include <equistream/error.h>
+#include <equistream/stream.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <stdexcept>
 
 namespace equistream::fuzz {
@@ -43,27 +47,73 @@ void check_refusal(const std::string& line) {
 }  // namespace
 
 std::span<const Target> targets() {
-    static const std::array all = {frame_data_target, manifest_target, scene_target,       path_target,  model_target,
-                                   obj_target,        exr_target,      foreign_exr_target, stream_target};
+    static const std::array all = {frame_data_target,   manifest_target,        scene_target,
+                                   path_target,         model_target,           obj_target,
+                                   exr_target,          foreign_exr_target,     stream_target,
+                                   shown_frames_target, viewer_messages_target, served_file_target,
+                                   plugin_calls_target, client_calls_target,    client_model_target};
     return all;
 }
 
-bool accepts(const Target& target, Bytes bytes) {
+std::string refusal_of(const Target& target, Bytes bytes) {
     const std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
+    std::string refusal;
     try {
         target.read(copy);
-        return true;
-    } catch (const InputError& refusal) {
-        check_refusal(refusal.what());
-    } catch (const WorkError& refusal) {
-        check_refusal(refusal.what());
+        return refusal;
+    } catch (const InputError& error) {
+        refusal = error.what();
+    } catch (const WorkError& error) {
+        refusal = error.what();
     }
-    return false;
+    check_refusal(refusal);
+    return refusal;
 }
 
 void require(bool holds, const char* promise) {
     if (!holds)
         throw std::logic_error(promise);
+}
+
+void damage_behind(Bytes mark, std::size_t reach, std::span<std::uint8_t> bytes, std::mt19937& random) {
+    std::vector<std::size_t> places;
+    for (auto at = bytes.begin(); (at = std::search(at, bytes.end(), mark.begin(), mark.end())) != bytes.end(); ++at)
+        places.push_back(std::size_t(at - bytes.begin()) + mark.size());
+    if (places.empty())
+        return;
+    const std::span<std::uint8_t> behind = bytes.subspan(places[random() % places.size()]);
+    const std::span<std::uint8_t> there = behind.first(std::min(reach, behind.size()));
+    const auto set = [&](const auto& value) {
+        if (there.size() >= sizeof value)
+            std::memcpy(&there[random() % (there.size() - sizeof value + 1)], &value, sizeof value);
+    };
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    constexpr std::array numbers = {
+        0.0, -1.0, 1.0, 1e-30, 1e30, 1e300, inf, -inf, std::numeric_limits<double>::quiet_NaN()};
+    const double number = numbers[random() % numbers.size()];
+    switch (random() % 5) {
+    case 0:
+        set(number);
+        break;
+    case 1:
+        set(float(std::clamp(number, -3e38, 3e38)));
+        break;
+    case 2:
+        set(std::uint16_t(random()));
+        break;
+    case 3:
+        set(std::uint32_t(random() % 3 == 0 ? 0xffffffffu : random() % 300));
+        break;
+    default:
+        if (!there.empty())
+            there[random() % there.size()] ^= std::uint8_t(1u << random() % 8);
+    }
+}
+
+void damage_frame_data(std::span<std::uint8_t> bytes, std::mt19937& random) {
+    constexpr std::size_t uuid_bytes = 16, most_bytes = 500;
+    static const std::vector<std::uint8_t> data = encode_frame_info(TrackRole::main, {});
+    damage_behind(Bytes(data).first(uuid_bytes), most_bytes, bytes, random);
 }
 
 std::filesystem::path scratch_file(const std::string& name, Bytes bytes) {

@@ -90,12 +90,12 @@ struct PictureBlocks {
         for (const auto& block : blocks)
             if (block->read_until != nullptr && is_signalled(block->read_until))
                 forget(*block);
-        const auto first_unused = std::ranges::partition(blocks, [&](const auto& block) {
+        const auto first_unused = std::partition(blocks.begin(), blocks.end(), [&](const auto& block) {
             return block->is_held || block->read_until != nullptr ||
                    round - block->taken_in_round <= PictureBuffers::max_rounds_unused;
         });
-        std::ranges::move(first_unused, std::back_inserter(unused));
-        blocks.erase(first_unused.begin(), first_unused.end());
+        std::move(first_unused, blocks.end(), std::back_inserter(unused));
+        blocks.erase(first_unused, blocks.end());
         return std::exchange(wanted, {});
     }
 };
