@@ -18,9 +18,12 @@ inline es_status failed(es_error* error, es_status status, std::string_view text
     if (error == nullptr)
         return status;
     const std::size_t length = std::min(text.size(), sizeof error->text - 1);
-    std::memcpy(error->text, text.data(), length);
+    std::transform(text.begin(), text.begin() + std::ptrdiff_t(length), error->text, [](char c) {
+        if (c == '\n')
+            return ' ';
+        return static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;  // a name's, for a terminal
+    });
     error->text[length] = '\0';
-    std::replace(error->text, error->text + length, '\n', ' ');
     return status;
 }
 

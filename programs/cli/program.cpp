@@ -37,11 +37,12 @@ std::string in_quotes(std::string_view text) {
     return "'" + std::string(text) + "'";
 }
 
-/// Errors are one line, whatever a library put into its message.
+/// Errors are one line, whatever a library or a file's name put into its message.
 std::string one_line(std::string text) {
     text.erase(text.find_last_not_of('\n') + 1);
     std::ranges::replace(text, '\n', ' ');
-    return text;
+    const std::size_t all = text.size();
+    return quotable(std::move(text), all);
 }
 
 int report(const std::string& name, const std::string& message, int code) {

@@ -217,6 +217,8 @@ TEST_F(ClientSettings, SourcesThatAreNotThereAreNamed) {
     es_client_settings gone = settings();
     gone.source = "/nowhere/walk.mp4";
     EXPECT_NE(complaint(&gone).find("/nowhere/walk.mp4"), std::string::npos);
+    gone.source = "/nowhere/\x1b[31m\nwalk.mp4";
+    EXPECT_NE(complaint(&gone).find("/nowhere/?[31m walk.mp4"), std::string::npos) << complaint(&gone);
 }
 
 /// Read by the Embree module: what it throws comes back as a status, across two libraries.
