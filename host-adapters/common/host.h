@@ -107,6 +107,7 @@ struct StreamSettings {
     /// Set: an atlas of patches around the sphere that `size` is of; its slots differ from frame to frame.
     std::optional<PatchAtlas> patches{};
     bool denoised = false;
+    bool accumulates = false;            ///< frames carry light on to the next
     int tile_side = 0;                   ///< 0: as the plugin likes
     std::optional<WindowGrid> window{};  ///< set: windows, of this size
     bool is_base = false;                ///< shows what the window does, where that is

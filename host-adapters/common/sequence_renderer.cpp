@@ -27,8 +27,11 @@ void SequenceRenderer::run() {
     if (report_.frames_kept > 0)
         std::fprintf(stderr, "equistream render: %lld of %lld frames are finished and kept\n",
                      static_cast<long long>(report_.frames_kept), static_cast<long long>(frames_in_all()));
-    if (report_.frames_kept > 0 && report_.frames_kept < frames_in_all() && job_.options.accumulate > 0)
-        std::fprintf(stderr, "equistream render: note: --accumulate begins anew after frames that are kept\n");
+    if (rendered_again_ > 0)
+        std::fprintf(stderr,
+                     "equistream render: note: --accumulate renders %lld finished frames again, whose light later ones "
+                     "carry on\n",
+                     static_cast<long long>(rendered_again_));
     const auto start = Clock::now();
     try {
         for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
@@ -49,17 +52,33 @@ std::int64_t SequenceRenderer::frames_in_all() const {
     return (job_.timeline.range.last - job_.timeline.range.first + 1) * static_cast<std::int64_t>(job_.streams.size());
 }
 
+/// Finished, and not needed for what later frames carry on.
+bool SequenceRenderer::is_kept(const Stream& stream, std::int64_t index) const {
+    return es_sequence_has_frame(stream.sequence.get(), index) != 0 &&
+           (!stream.settings.accumulates || index >= last_missing_);
+}
+
+void SequenceRenderer::find_last_missing() {
+    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index)
+        for (const Stream& stream : job_.streams)
+            if (stream.settings.accumulates && es_sequence_has_frame(stream.sequence.get(), index) == 0)
+                last_missing_ = index;
+}
+
 std::uint64_t SequenceRenderer::count_paths() {
+    find_last_missing();
     std::uint64_t paths = 0;
     for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
         if (job_.interrupted)
             require_all_finished();
-        for (const Stream& stream : job_.streams)
-            if (es_sequence_has_frame(stream.sequence.get(), index))
-                ++report_.frames_kept;
-            else if (stream.settings.layer == ES_LAYER_FIRST && !stream.settings.patches)
+        for (const Stream& stream : job_.streams) {
+            const bool kept = is_kept(stream, index);
+            report_.frames_kept += kept;
+            rendered_again_ += !kept && es_sequence_has_frame(stream.sequence.get(), index) != 0;
+            if (!kept && stream.settings.layer == ES_LAYER_FIRST && !stream.settings.patches)
                 // how little of the others there is shows when they are rendered
                 paths += sampled_pixels(stream.settings, index) * job_.options.spp;
+        }
     }
     return paths;
 }
@@ -111,7 +130,7 @@ void SequenceRenderer::stop_if_interrupted() {
 void SequenceRenderer::render_index(std::int64_t index) {
     bool moved = false;
     for (const Stream& stream : job_.streams) {
-        if (es_sequence_has_frame(stream.sequence.get(), index))
+        if (is_kept(stream, index))
             continue;
         if (!std::exchange(moved, true))
             host_.move_to(job_.timeline.times(index));

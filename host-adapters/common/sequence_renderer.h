@@ -57,6 +57,8 @@ public:
 
 private:
     std::int64_t frames_in_all() const;
+    bool is_kept(const Stream& stream, std::int64_t index) const;
+    void find_last_missing();
     std::uint64_t count_paths();
     std::uint64_t sampled_pixels(const StreamSettings& stream, std::int64_t index);
     void count_moves();
@@ -73,6 +75,8 @@ private:
     const SequenceJob job_;
     RenderHost& host_;
     RenderReport& report_;
+    std::int64_t last_missing_ = -1;  ///< of the frames that are accumulated; below 0: none is
+    std::int64_t rendered_again_ = 0;
     std::optional<FramePatches> patches_;
     std::optional<WindowPlaces> windows_;
     std::atomic<std::uint64_t> paths_ = 0;

@@ -99,6 +99,7 @@ Stream StreamOpener::open(StreamSettings stream, std::uint32_t accumulated) cons
     settings.fingerprint = fingerprint.c_str();
     settings.command = record_.command.c_str();
     settings.accumulate_frames = accumulated;
+    stream.accumulates = accumulated > 0;
     settings.output_dir = folder.c_str();
     settings.eye = stream.eye;
     settings.width = stream.size.width;
