@@ -42,8 +42,9 @@ FloatImage decode(const SceneModel& model, const Texture& texture) {
     return image;
 }
 
-void write_image(AssetFolder& folder, const std::string& name, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+void write_image(AssetFolder& folder, const std::string& name, OIIO::ImageSpec spec, OIIO::TypeDesc type,
                  const void* pixels) {
+    spec.attribute("DateTime", "1970:01:01 00:00:00");  // else now: the same scene gives the same bytes
     const std::filesystem::path file = folder.path_of(name);
     const auto output = OIIO::ImageOutput::create(file.string());
     if (!output)
