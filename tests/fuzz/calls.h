@@ -16,12 +16,12 @@ inline double wrong_number(Choices& choices) {
     constexpr std::array numbers = {0.0,  -0.0,  1.0,   -1.0, 0.5,  1e-320,
                                     1e-9, 3.0,   1e6,   -1e6, 1e9,  1.1e9,
                                     1e19, -1e19, 1e300, inf,  -inf, std::numeric_limits<double>::quiet_NaN()};
-    return numbers[std::size_t(choices.below(int(numbers.size())))];
+    return choices.one_of(numbers);
 }
 
 inline int wrong_count(Choices& choices) {
     constexpr std::array counts = {0, 1, 2, 3, 16, 32, 63, 64, -1, -64, 16385, 1 << 20, 1 << 30, INT32_MAX, INT32_MIN};
-    return counts[std::size_t(choices.below(int(counts.size())))];
+    return choices.one_of(counts);
 }
 
 /// A value that the enumeration may not have: callers in C set any.

@@ -39,7 +39,7 @@ const char* word(Choices& choices) {
                               ",,",
                               "\n\x01",
                               endless.c_str()};
-    return words[std::size_t(choices.below(int(words.size())))];
+    return choices.one_of(words);
 }
 
 class Caller {

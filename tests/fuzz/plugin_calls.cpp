@@ -24,7 +24,7 @@ const char* word(Choices& choices) {
                               "\n\x01",
                               "\xff\xfe",
                               endless.c_str()};
-    return words[std::size_t(choices.below(int(words.size())))];
+    return choices.one_of(words);
 }
 
 class Host {
@@ -174,7 +174,6 @@ private:
             settings.tile_side = wrong_count(choices_);
             break;
         case 17:
-            settings.denoise = ES_DENOISE_OFF;
             set_any(choices_, settings.layer);
             break;
         case 18:
@@ -299,7 +298,7 @@ private:
         constexpr std::array names = {"colour", "depth", "backward", "object_id", "normal", "variance", "nothing", ""};
         es_plane plane{};
         plane.struct_size = choices_.below(8) == 0 ? std::size_t(wrong_count(choices_)) : sizeof plane;
-        plane.name = choices_.below(8) == 0 ? nullptr : names[std::size_t(choices_.below(int(names.size())))];
+        plane.name = choices_.below(8) == 0 ? nullptr : choices_.one_of(names);
         set_any(choices_, plane.type);
         plane.channels = choices_.yes() ? choices_.below(5) : wrong_count(choices_);
         // As long as a row of any picture here, or shorter than is allowed.

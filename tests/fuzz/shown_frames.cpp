@@ -3,7 +3,6 @@
 /// Six bytes say how frames are shown; then comes what every picture's data is, each behind its length and how it came.
 #include "target.h"
 
-#include <client/extrapolate/extrapolate.h>
 #include <client/pipeline/cpu_pipeline.h>
 #include <client/receive/decoded_pictures.h>
 #include <client/stages/stages.h>
@@ -23,7 +22,7 @@ namespace {
 constexpr int max_pixels = 128 * 64, max_pictures = 24;
 
 /// How a picture came, a bit each.
-enum : std::uint8_t { begins_frame = 1, is_tile = 2, has_other_size = 4, by_planes = 8 };
+enum : std::uint8_t { begins_frame = 1, is_tile = 2, has_other_size = 4 };
 
 /// Distances that a depth track can hold: from the nearest one on, without end, and where no surface is known.
 FloatImage distances(int width, int height, double near_m, unsigned pattern) {
@@ -57,7 +56,7 @@ DecodedPicture decoded(TaggedFrameInfo tagged, std::uint8_t how, unsigned patter
     return picture;
 }
 
-/// All of one frame; `left`: of what is left of `max_pictures`.
+/// All of one frame. `left`: how many pictures may still come. `next`: one that was read and begins the next frame.
 DecodedFrame take_frame(Choices& choices, int& left, std::optional<std::pair<TaggedFrameInfo, std::uint8_t>>& next) {
     DecodedFrame frame;
     std::optional<std::int64_t> index;
@@ -93,15 +92,15 @@ DecodedFrame take_frame(Choices& choices, int& left, std::optional<std::pair<Tag
 struct Viewer {
     explicit Viewer(Choices& choices) {
         const auto& engines = engine_stages();
-        engine = engines[std::size_t(choices.below(int(engines.size())))].name;
+        engine = choices.one_of(engines).name;
         constexpr std::array chains = {default_fill, "hidden,patches,earlier,small,base,spread", "small-wide,pushpull",
                                        "none"};
-        ways.fill = chains[std::size_t(choices.below(int(chains.size())))];
+        ways.fill = choices.one_of(chains);
         ways.mirrors = MirrorTreatment(choices.below(3));
         ways.reliability = choices.yes();
         later_s = 0.05 * choices.below(5);
         // From where the source is, or as far as a head box reaches, or far out of it.
-        offset_m = std::array{0.0, 0.03, 0.5, 1e6}[std::size_t(choices.below(4))];
+        offset_m = choices.one_of(std::array{0.0, 0.03, 0.5, 1e6});
     }
 
     std::string engine;

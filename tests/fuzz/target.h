@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <random>
 #include <span>
 #include <string>
@@ -53,6 +54,11 @@ public:
     /// From 0 to `count` - 1.
     int below(int count) { return take<std::uint8_t>() % count; }
     bool yes() { return below(2) == 1; }
+    /// Of an array.
+    template <typename Values>
+    auto one_of(const Values& values) {
+        return values[std::size_t(below(int(std::size(values))))];
+    }
     /// Fewer, where no more are left.
     Bytes take_bytes(std::size_t count) {
         const Bytes taken = left_.first(std::min(count, left_.size()));

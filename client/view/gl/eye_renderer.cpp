@@ -64,6 +64,7 @@ EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, con
 
 std::unique_ptr<EyeRenderer::Finder> EyeRenderer::make_finder(std::string_view engine) {
     auto found = make_eye_depth_from_source(engine);
+    // Clang 14 makes no aggregate of arguments in brackets.
     return found == nullptr ? nullptr : std::unique_ptr<Finder>(new Finder{std::move(found), {}});
 }
 

@@ -22,7 +22,7 @@ import OpenEXR
 ARGUMENTS = argparse.ArgumentParser(description=__doc__)
 ARGUMENTS.add_argument("bin", type=pathlib.Path)
 ARGUMENTS.add_argument("--kills", type=int, default=4, help="of each job")
-ARGUMENTS.add_argument("--jobs", default="", help="names between commas; all: nothing")
+ARGUMENTS.add_argument("--jobs", default="", help="names between commas; default: all")
 ARGUMENTS.add_argument("--seed", type=int, default=1)
 ARGUMENTS.add_argument("--report", type=pathlib.Path)
 TOLD, sys.argv[1:] = ARGUMENTS.parse_known_args()
