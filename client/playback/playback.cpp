@@ -82,7 +82,8 @@ void Playback::take_arrivals() {
 }
 
 Playback::Moment Playback::refresh(double now_s) {
-    const double elapsed_s = std::clamp(now_s - now_s_.value_or(now_s), 0.0, longest_step_s);
+    const double before_s = std::exchange(is_held_, false) ? now_s : now_s_.value_or(now_s);
+    const double elapsed_s = std::clamp(now_s - before_s, 0.0, longest_step_s);
     now_s_ = now_s;
     // Asked before arrivals are: of what has ended, all have come.
     LoaderState loaded = loader_.state();

@@ -32,6 +32,8 @@ public:
     /// At a refresh; these ascend. The first has the first frame. Once all that could be read was shown, throws what
     /// reading the next threw, and is paused.
     Moment refresh(double now_s);
+    /// Recorded sources: until the next refresh no time passes.
+    void hold() { is_held_ = true; }
 
     void pause() { paused_ = true; }
     /// From the beginning where it is over; a server is asked anew.
@@ -76,6 +78,7 @@ private:
     bool paused_, stepping_ = true, over_ = false;
     bool clock_runs_ = false;  ///< a frame of this reel has come
     std::optional<double> now_s_;
+    bool is_held_ = false;
     double base_s_ = 0;                ///< of a recorded source: what the clock is told; stands still at times
     double due_s_ = 0;                 ///< on base_s_: frames are due so long after their own time
     std::vector<FrameStamp> waiting_;  ///< of a recorded source: came, and not passed

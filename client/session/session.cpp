@@ -72,6 +72,7 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
     show(shown_);
     count_shown();
     rendered_ = shown_;
+    playback_->hold();  // a scene and shaders take their time, and so may the caller: the first frame is seen first
 }
 
 Session::~Session() = default;

@@ -35,6 +35,14 @@ TEST_F(ClientFailures, TheFirstPictureOfTheSizeItIsTaggedWithIsTheFirst) {
     EXPECT_TRUE(watched.sees_floor());
 }
 
+TEST_F(ClientFailures, TheFirstPictureIsSeenHoweverLateItIsAskedFor) {
+    write_with(file, {});
+    WatchedClient watched(settings);
+    EXPECT_EQ(watched.look(10).state.frame, 0);
+    EXPECT_EQ(watched.look(1.0 / 60).state.frame, 0);
+    EXPECT_EQ(frames_of(watched.watch_all()), (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
 TEST_F(ClientFailures, PicturesOfOtherSizesAloneAreRefused) {
     write_with(file, {.other_size = {0, 1, 2, 3, 4, 5, 6, 7}});
     try {
