@@ -41,13 +41,20 @@ def run(*words):
     assert process.returncode == 0, told
 
 
+def is_unfinished(path):
+    return any(name.endswith((".part", ".aside")) or ".tmp" in name for name in path.parts)
+
+
+def unfinished(folder):
+    return [str(path) for path in folder.rglob("*") if is_unfinished(path.relative_to(folder))]
+
+
 def finished(folder):
-    """Bytes of all files with a name that says they are finished: no part of one, and no lock."""
-    paths = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    """Bytes of all files with a name that says they are finished."""
     return {
         str(path.relative_to(folder)): path.read_bytes()
-        for path in paths
-        if not path.name.endswith((".part", ".lock")) and not path.name.startswith(".") and ".tmp" not in path.name
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not is_unfinished(path.relative_to(folder)) and not path.name.startswith(".") and path.suffix != ".lock"
     }
 
 
@@ -119,7 +126,7 @@ class Kills(unittest.TestCase):
                 self.assertEqual(process.returncode, 0, told)
             left = finished(place)
             for file, data in left.items():
-                self.assertIn(file, expected)
+                self.assertIn(file, expected.keys())
                 beside = [other for other in left if pathlib.Path(other).parent == pathlib.Path(file).parent and other != file]
                 if file.endswith("manifest.json") and not beside or file.endswith("report.json"):
                     continue  # both mark a folder as their program's, and say the rest once there is something to say it of
@@ -133,6 +140,7 @@ class Kills(unittest.TestCase):
                     run(*words, "--out", place / out_name)
                 again = finished(place)
                 self.assertEqual(again.keys(), expected.keys())
+                self.assertEqual(unfinished(place), [])
                 for file, data in again.items():
                     self.assert_same(file, data, expected[file], f"{name} after it was resumed")
                 anew += 1
