@@ -8,6 +8,7 @@
 
 #include <Imath/half.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace equistream {
@@ -205,8 +206,7 @@ private:
         for (int y = first_row; y < first_row + rows; ++y)
             for (int x = 0; x < width_; ++x) {
                 const float* p = red->real + y * red->row_stride + x * red->pixel_stride;
-                if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]) || !std::isfinite(p[3]))
-                    ++bad;
+                bad += !std::all_of(p, p + red->pixel_stride, [](float value) { return std::isfinite(value); });
             }
         return bad;
     }

@@ -148,6 +148,12 @@ TEST_F(ExrRoundTrip, colour_that_a_half_cannot_hold_is_mended_and_counted) {
     EXPECT_EQ(back.planes.at("colour").pixel(5, 20)[1], 65504.0f);
 }
 
+TEST_F(ExrRoundTrip, raw_colour_of_three_channels_is_counted_by_pixels) {
+    Frame frame = test_frame(40, 40);
+    frame.planes["raw"].pixel(7, 3)[0] = std::nanf("");
+    EXPECT_EQ(write_exr(folder / "a.exr", frame), 1);
+}
+
 TEST_F(ExrRoundTrip, wrong_shapes_and_unknown_planes_are_refused) {
     Frame frame = test_frame(4, 4);
     frame.planes["depth"] = FloatImage(4, 3, 1);
