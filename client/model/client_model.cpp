@@ -110,8 +110,14 @@ void write_client_model(const std::filesystem::path& json_file, const ClientMode
     description.model = std::filesystem::path(json_file).replace_extension(".glb");
     description.model_unit_m = 1;
     description.stands_for = scene.geometry_fingerprint;
+    const std::filesystem::path unfinished = unfinished_description(json_file);
+    write_file_atomically(unfinished, description_text(description));
     write_glb(description.model, model.model);
-    write_file_atomically(json_file, description_text(description));
+    std::filesystem::rename(unfinished, json_file);
+}
+
+std::filesystem::path unfinished_description(std::filesystem::path json_file) {
+    return json_file += ".part";
 }
 
 namespace {

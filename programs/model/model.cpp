@@ -62,8 +62,9 @@ void require_replaceable(const std::filesystem::path& file, const SceneDescripti
         cli::require_not_read("--out", target, {scene.file, scene.model});
     std::error_code error;
     for (const std::filesystem::path& target : {file, geometry})
-        cli::require(!std::filesystem::exists(target, error) || describes_client_model(file), "--out " + file.string(),
-                     "a new name, or a client's model to replace", target.string());
+        cli::require(!std::filesystem::exists(target, error) || describes_client_model(file) ||
+                         describes_client_model(unfinished_description(file)),
+                     "--out " + file.string(), "a new name, or a client's model to replace", target.string());
 }
 
 ClientModelOptions complete(const Arguments& r) {

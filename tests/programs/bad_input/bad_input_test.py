@@ -180,7 +180,7 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run("model", self.scene, "--share", "1.5", "--out", out), 2, "--share")
         self.assert_refused(run("model", self.scene, "--out", self.out / "model"), 2, "--out", "NAME.json")
         self.assert_refused(run("model", self.scene, "--out", self.out / "none" / "model.json"), 2, self.out / "none")
-        self.assert_refused(run("model", self.scene, *quick, "--quantile", "0.9", "--out", "/proc/model.json"), 1, "/proc/model.glb")
+        self.assert_refused(run("model", self.scene, *quick, "--quantile", "0.9", "--out", "/proc/model.json"), 1, "/proc/model.json")
         pathless = self.scene_with(lambda text: json.dumps({**json.loads(text), "camera": {"keys": []}}))
         self.assert_refused(run("model", pathless, "--out", out), 2, pathless, "at least one key")
         made = run("model", self.scene, *quick, "--quantile", "0.9", "--out", out)
