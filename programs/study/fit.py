@@ -139,6 +139,7 @@ def main():
     expect_packages("fit")
     from fitting.choice import Fit, Unreachable, most_for_bytes  # what needs these packages
     from fitting.report import chosen_text, n_text, report, sections_of, times_text, unreachable_text, write_settings
+    from fitting.trial import tried_file
     from fitting.work import Asked, FitWork, Measurer
     began = time.time()
     asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest, options.window)
@@ -157,6 +158,8 @@ def main():
                 chosen = fit.run()
             except Unreachable as short:
                 raise Failed(unreachable_text(short.best, fit)) from None
+        fit.begin("trial")
+        chosen = tried_file(fit, chosen, options.db)
     wanted = f"--kb {options.kb:g}" if options.kb else f"--db {options.db:g}"
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:
@@ -165,7 +168,7 @@ def main():
     write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
     if options.json:
         point = chosen.point
-        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "wanted_kb": options.kb, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
+        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "wanted_kb": options.kb, "db": point.db, "db_low": point.low, "db_high": point.high, "frames": options.frames, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
                           "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once, "bytes_a_frame_in_all": chosen.bytes_a_frame(fit.path_frames),
                           "reflections": chosen.told, "window": chosen.point.way.window, "why": fit.why, "seconds": round(time.time() - began, 1),
                           "command": f"equistream fit {options.scene.name} {wanted}", **provenance(options.bin, REPOSITORY)}, indent=1))

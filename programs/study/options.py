@@ -91,6 +91,10 @@ class Progress:
             return None
         return (self.clock() - self.began) * max(0, self.total - self.done) / self.done
 
+    def expect(self, count):
+        """So many steps more, about."""
+        self.total = self.done + count
+
     def begin(self, name, command):
         """A step: `command` is what it runs, or says that it was done before."""
         with self.lock:

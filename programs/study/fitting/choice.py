@@ -25,6 +25,8 @@ TRACKS_FROM = 512
 """Columns: small streams and patches of narrower spheres are too small to be coded."""
 FINER = 4
 """Steps of the CRF by which finer coding is asked what it would gain."""
+STEPS = {"light": 40, "sphere": 32, "gaps": 8, "depth": 56, "window": 8, "views": 15, "trial": 4}
+"""Stages in their order, and how many programs each usually runs."""
 
 
 class Unreachable(Exception):
@@ -99,12 +101,24 @@ class Fit:
         self.at = self.measure.at
         self.why, self.told = [], False
 
+    def begin(self, stage):
+        """A stage of STEPS, from which the steps left are estimated."""
+        names = [name for name in STEPS if name != "window" or self.asked.window]
+        self.work.steps.progress.expect(sum(STEPS[name] for name in names[names.index(stage):]))
+
     def run(self):
+        self.begin("light")
         self.light = self.least_light()
+        self.begin("sphere")
         self.told, width, crf = self.sphere()
-        chosen = self.choose(self.fill(width, crf), width, crf)
+        self.begin("gaps")
+        fill = self.fill(width, crf)
+        self.begin("depth")
+        chosen = self.choose(fill, width, crf)
         if self.asked.window:
+            self.begin("window")
             chosen = self.looked_at(chosen)
+        self.begin("views")
         self.views = [(way, self.finest(way, None, crf)) for way in (perspective(self.light), pair(self.light))]
         self.say_how_well_known(chosen.point)
         return chosen

@@ -4,6 +4,7 @@ usage: fit_run_test.py BIN_DIR
 """
 
 import json
+import math
 import pathlib
 import re
 import shutil
@@ -59,6 +60,7 @@ class Fit(unittest.TestCase):
         self.assertIn(f"method = {played['method']}\n", section)
         self.assertIn(f'fill = "{played["fill"]}"\n', section)
         self.assertEqual(played["notes"], [])
+        self.assertAlmostEqual(self.whole_db(eyes), float(chosen[4]), delta=0.006)
         self.look_around(stream, settings)
 
         again = self.fit(self.scene, "--db", WANTED_DB, *SMALL, "--out", "again.ini")
@@ -69,6 +71,14 @@ class Fit(unittest.TestCase):
         short = self.fit(self.scene, "--db", 70, *SMALL, "--out", "never.ini", code=1)
         self.assertRegex(short.stderr.splitlines()[-1], r"--db 70: not to be had; the most found is \d+\.\d+ \[")
         self.assertFalse((self.root / "never.ini").exists())
+
+    def whole_db(self, eyes):
+        """Beside the truths that `fit` has rendered."""
+        first, second = sorted(self.root.glob("pavilion-fit/*/renders/truth-*"))
+        scores = self.root / "scores.json"
+        PROGRAMS.run("compare", eyes, first, "--truth2", second, "--metrics", "none", "--out", scores, "--progress", "none")
+        squares = [eye["whole"]["linear"]["mean_square"] for eye in json.loads(scores.read_text())["eyes"].values()]
+        return -10 * math.log10(sum(squares) / len(squares))
 
     def test_programs_take_what_tells_of_mirrors(self):
         asked, settings = Asked((160, 90), 90.0, 30, 30, 1, 1, 1), self.root / "told.ini"

@@ -2,11 +2,14 @@
 
 import dataclasses
 import math
+import types
 import unittest
+import unittest.mock
 
 from fit import window_for
 from fitting import report as fit_report
 from fitting import search as fit_search
+from fitting import trial as fit_trial
 from fitting.choice import Chosen, Fit, Unreachable, most_for_bytes
 from fitting.report import sections_of, settings_text
 from fitting.work import NARROWEST, Asked, Fill, Light, Point, base_width, by_scene, by_streamed_depth, density
@@ -346,6 +349,30 @@ class Words(unittest.TestCase):
 
     def test_a_table_lines_up(self):
         self.assertEqual(fit_report.aligned([["a", "b"], ["ccc", "1"]]), ["a    b", "ccc  1"])
+
+
+class Trial(unittest.TestCase):
+    """What the file's own commands have is what is promised."""
+
+    def tried(self, db_of, level):
+        fit = types.SimpleNamespace(why=[], work=None, asked=None, codec="h264")
+        chosen = Chosen(Point(by_scene(Fill(), False, Light(1)), 512, 30, 25.2, 25.0, 25.4, 1000), Fill(), 0, depth_share=0.1)
+        with unittest.mock.patch.object(fit_trial, "measured", lambda _work, chosen, *_: fit_trial.with_point(chosen, db=db_of(chosen.crf), bytes=5)):
+            return fit_trial.tried_file(fit, chosen, level), fit.why
+
+    def test_the_figures_are_the_trials(self):
+        chosen, why = self.tried(lambda crf: 25.1, 25)
+        self.assertEqual((chosen.crf, chosen.point.db, chosen.point.bytes), (30, 25.1, 5))
+        self.assertIn("25.10 dB, where the search had 25.20", why[-1])
+
+    def test_a_file_that_falls_short_is_coded_finer(self):
+        chosen, why = self.tried(lambda crf: 24.8 + 0.1 * (30 - crf), 25)
+        self.assertEqual(chosen.crf, 28)
+        self.assertIn("CRF 28 in place of 30", why[-1])
+
+    def test_what_no_coding_has_is_said(self):
+        with self.assertRaisesRegex(Failed, f"own commands have 20.00 at CRF {fit_search.BEST_CRF}"):
+            self.tried(lambda crf: 20, 25)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,46 @@
+"""Tries a settings file with its own commands: render, encode, play. Both truths then say how accurate it is, which is what `fit` promises."""
+
+import dataclasses
+import hashlib
+import json
+
+import found
+from steps import Failed, write_if_other
+
+from .report import sections_of, settings_text
+from .search import BEST_CRF
+
+
+def with_point(chosen, **figures):
+    return dataclasses.replace(chosen, point=dataclasses.replace(chosen.point, **figures))
+
+
+def measured(work, chosen, asked, codec):
+    """`chosen` with the figures that its file's own commands have."""
+    model = work.folder / chosen.model_file if chosen.model_px else chosen.geometry_file
+    sections = sections_of(dataclasses.replace(chosen, geometry_file=model), asked, codec)
+    light, name = (f"trial-{hashlib.sha256(settings_text([], part).encode()).hexdigest()[:12]}" for part in ({"render": sections["render"]}, sections))
+    frames, stream, views, settings = f"trials/{light}", f"trials/{name}.mp4", f"trials/{name}-views", f"trials/{name}.ini"
+    rendering = f"trials/{light}.ini"
+    write_if_other(work.folder / rendering, settings_text([], {"render": sections["render"]}))
+    write_if_other(work.folder / settings, settings_text([], sections))
+    words = "--progress", "none", "--out"
+    work.steps.run(f"render-{light}", "render", work.given, "--frames", work.frames, "--settings", rendering, "--json", *words, frames)
+    work.steps.run(f"encode-{name}", "encode", frames, "--json", "--settings", settings, *words, stream)
+    work.steps.run(f"play-{name}", "play", stream, "--settings", settings, *words, views)
+    entry = work.wholly(name, [views], work.truths())
+    error = found.error(entry, kind=found.WHOLE)
+    sent = sum(track["bytes"] for track in json.loads(work.steps.output_of(f"encode-{name}"))["tracks"])
+    return with_point(chosen, db=found.whole_db(entry), low=error["db_low"], high=error["db_high"], bytes=sent / (asked.last - asked.first + 1))
+
+
+def tried_file(fit, chosen, level=None):
+    """Measured so, and coded finer until it has `level` where one is asked for. Failed where no coding has it."""
+    tried = measured(fit.work, chosen, fit.asked, fit.codec)
+    while level is not None and tried.point.db < level:
+        if tried.crf <= BEST_CRF:
+            raise Failed(f"--db {level:g}: the search had {chosen.point.db:.2f} dB, the settings file's own commands have {tried.point.db:.2f} at CRF {tried.crf}")
+        tried = measured(fit.work, with_point(tried, crf=tried.crf - 1), fit.asked, fit.codec)
+    finer = f", coded finer: CRF {tried.crf} in place of {chosen.crf}" if tried.crf != chosen.crf else ""
+    fit.why.append(f"by this file's own commands: {tried.point.db:.2f} dB, where the search had {chosen.point.db:.2f}{finer}")
+    return tried
