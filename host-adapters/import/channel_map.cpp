@@ -184,8 +184,9 @@ private:
     static void add_named(const std::string& name, const Layer& layer, MappedPlane& mapped) {
         if (mapped.set >= 0 && mapped.set != layer.set)
             return;
-        const auto channel = std::ranges::find_if(
-            layer.channels, [&](const ForeignChannel& c) { return c.name == name || c.plain == name; });
+        const auto channel = std::ranges::find_if(layer.channels, [&](const ForeignChannel& c) {
+            return c.name == name || c.plain == name || layer.name + "." + Layer::suffix(c) == name;
+        });
         std::vector<ForeignChannel> found;
         if (channel != layer.channels.end())
             found = {*channel};
@@ -240,6 +241,13 @@ private:
                 }
     }
 
+    /// Z, or the only channel; LuxCore writes three that say the same.
+    std::vector<ForeignChannel> depth_channel(const Layer& layer) const {
+        if (auto z = layer.with({"Z"}); !z.empty())
+            return z;
+        return conventions_.name == "luxcore" ? layer.with({"R"}) : layer.single();
+    }
+
     void consider_depth(const Layer& layer) {
         if (conventions_.depth == DepthKind::position) {
             if (layer.last == "p" || layer.last == "position")
@@ -250,8 +258,7 @@ private:
             take("depth", layer, t, "Mitsuba's depth ends in T");
         for (const Rule& rule : rules())
             if (rule.plane == "depth" && rule.layers.contains(layer.last)) {
-                auto found = layer.with({"Z"});
-                take("depth", layer, found.empty() ? layer.single() : std::move(found), "layer " + layer.name);
+                take("depth", layer, depth_channel(layer), "layer " + layer.name);
             }
         if (layer.name.empty())
             take("depth", layer, layer.with({"Z"}), "the plain name Z");

@@ -61,9 +61,17 @@ private:
     bool is_sphere() const { return std::holds_alternative<EquirectCamera>(conversion_.camera); }
 
     FloatImage channel(std::size_t index, float outside = 0) const {
-        FloatImage image = file().read(mapped_->channels[index], outside);
-        if (conventions_.mirrored && is_sphere())
+        return in_our_layout(file().read(mapped_->channels[index], outside));
+    }
+
+    /// As our spheres lie.
+    template <typename Image>
+    Image in_our_layout(Image image) const {
+        if (is_sphere() && conventions_.mirrored)
             mirror(image);
+        if (is_sphere() && conventions_.one_row_low)
+            for (int y = 0; y + 1 < image.height(); ++y)
+                std::copy_n(image.pixel(0, y + 1), image.width() * image.channels(), image.pixel(0, y));
         return image;
     }
 
@@ -189,13 +197,9 @@ private:
     }
 
     IdImage ids() {
+        if (mapped_->channels[0].is_id)
+            return in_our_layout(file().read_ids(mapped_->channels[0]));
         IdImage image(width(), height(), 1);
-        if (mapped_->channels[0].is_id) {
-            image = file().read_ids(mapped_->channels[0]);
-            if (conventions_.mirrored && is_sphere())
-                mirror(image);
-            return image;
-        }
         const FloatImage raw = channel(0);
         std::int64_t rounded = 0;
         for (int y = 0; y < height(); ++y)

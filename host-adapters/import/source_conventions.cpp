@@ -40,6 +40,14 @@ SourceConventions cycles() {
     return c;
 }
 
+SourceConventions luxcore() {
+    SourceConventions c;
+    c.name = "luxcore";
+    c.z_up = true;
+    c.one_row_low = true;
+    return c;
+}
+
 SourceConventions mitsuba() {
     SourceConventions c;
     c.name = "mitsuba";
@@ -60,8 +68,8 @@ SourceConventions pbrt() {
     return c;
 }
 
-constexpr Preset presets[] = {
-    {"none", none}, {"cycles", cycles}, {"equistream", ours}, {"mitsuba", mitsuba}, {"pbrt", pbrt}};
+constexpr Preset presets[] = {{"none", none},       {"cycles", cycles},   {"equistream", ours},
+                              {"luxcore", luxcore}, {"mitsuba", mitsuba}, {"pbrt", pbrt}};
 
 }  // namespace
 
@@ -102,7 +110,8 @@ std::string identity_of(const SourceConventions& c) {
                      c.miss_value.value_or(std::numeric_limits<double>::quiet_NaN()), c.miss_above) +
            "\nmotion " + motion(c.backward) + " " + motion(c.forward) +
            formatted("\nnormals %d %d\nworld %d %d %.17g %d", int(c.normals), int(c.normals_encoded), int(c.mirrored),
-                     int(c.z_up), c.forward_at, int(c.column_vectors));
+                     int(c.z_up), c.forward_at, int(c.column_vectors)) +
+           (c.one_row_low ? "\none row low" : "");
 }
 
 std::vector<std::string> preset_names() {

@@ -174,7 +174,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--out", s.out, "Folder for centre/, left/, right/ or window/");
     app.add_flag("--dry-run", a->dry_run, "Only say what was found and what it is taken for");
     cli::add_with_default(app, "--preset", s.preset,
-                          "Whose conventions: auto, none, cycles, mitsuba, pbrt or equistream");
+                          "Whose conventions: auto, none, cycles, luxcore, mitsuba, pbrt or equistream");
     app.add_option("--channels", a->channels,
                    "PLANE=LAYER or PLANE=CHANNEL+CHANNEL..., between commas; PLANE=none leaves one out");
     app.add_option("--depth", a->depth,
