@@ -84,11 +84,18 @@ std::uint32_t little_endian_u32(const std::uint8_t* b) {
            static_cast<std::uint32_t>(b[2]) << 16 | static_cast<std::uint32_t>(b[3]) << 24;
 }
 
+/// tinygltf finds no triangles in earlier versions, and says nothing.
+void require_version_2(const std::string& file, const std::string& version) {
+    if (version != "2" && !version.starts_with("2."))
+        throw InputError(expected_found(file, "a glTF 2.0 model", "version " + version));
+}
+
 /// tinygltf says only "invalid"; a cut download deserves better.
-void check_glb_length(const std::string& file, std::span<const std::uint8_t> bytes) {
+void check_glb_header(const std::string& file, std::span<const std::uint8_t> bytes) {
     constexpr std::size_t header = 20;
     if (bytes.size() < header)
         throw InputError(expected_found(file, "a GLB header of 20 bytes", std::to_string(bytes.size()) + " bytes"));
+    require_version_2(file, std::to_string(little_endian_u32(bytes.data() + 4)));
     const std::uint32_t length = little_endian_u32(bytes.data() + 8);
     if (length > bytes.size())
         throw InputError(expected_found(file, std::to_string(length) + " bytes as its header says",
@@ -143,7 +150,7 @@ std::span<const std::uint8_t> from_offset(std::span<const std::uint8_t> bytes, s
 GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
     std::vector<std::uint8_t> bytes = read_file_bytes(file, "glTF model", file_size_limit);
     if (is_glb(bytes))
-        check_glb_length(file_, bytes);
+        check_glb_header(file_, bytes);
     check_nesting(file_, json_text(bytes));
 
     tinygltf::TinyGLTF loader;
@@ -167,6 +174,8 @@ GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
     if (!loaded)
         throw InputError(
             expected_found(file_, "a glTF 2.0 model", one_line(error.empty() ? "unreadable data" : error)));
+    if (!model_.asset.version.empty())
+        require_version_2(file_, model_.asset.version);
     for (const std::string& name : model_.extensionsRequired)
         if (!accepted_extensions().contains(name))
             throw InputError(

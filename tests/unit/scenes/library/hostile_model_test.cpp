@@ -40,6 +40,15 @@ TEST_F(HostileModelTest, TruncatedAtEveryByte) {
     expect_contains(refusal(whole.substr(0, whole.size() - 1)), "truncated");
 }
 
+TEST_F(HostileModelTest, EarlierVersionsAreNamed) {
+    std::string binary = GltfBuilder::triangle().glb();
+    binary[4] = 1;
+    expect_contains(refusal(binary), "expected a glTF 2.0 model, found version 1");
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["asset"]["version"] = "1.0";
+    expect_contains(refusal(builder), "expected a glTF 2.0 model, found version 1.0");
+}
+
 TEST_F(HostileModelTest, IndicesOutOfRange) {
     GltfBuilder builder = GltfBuilder::triangle();
     builder.buffer[builder.buffer.size() - 2] = 3;
