@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <ostream>
 #include <random>
 
@@ -82,6 +83,14 @@ TEST_P(Damage, WrongNumbers) {
             GetParam().damage(bytes, random);
         refusal(bytes, "round " + std::to_string(round));
     }
+}
+
+/// What libFuzzer kept: the smallest inputs that reach what it had found in its longest run.
+TEST_P(Damage, Corpus) {
+    const std::filesystem::path corpus = std::filesystem::path(CORPORA) / GetParam().name;
+    ASSERT_TRUE(std::filesystem::is_directory(corpus)) << corpus << ": tests/fuzz/run.py makes it";
+    for (const auto& input : std::filesystem::directory_iterator(corpus))
+        refusal(bytes_of_file(input.path()), input.path().filename().string());
 }
 
 INSTANTIATE_TEST_SUITE_P(Fuzz, Damage, testing::ValuesIn(targets().begin(), targets().end()),

@@ -47,11 +47,11 @@ void check_refusal(const std::string& line) {
 }  // namespace
 
 std::span<const Target> targets() {
-    static const std::array all = {frame_data_target,   manifest_target,        scene_target,
-                                   path_target,         model_target,           obj_target,
-                                   exr_target,          foreign_exr_target,     stream_target,
-                                   shown_frames_target, viewer_messages_target, served_file_target,
-                                   plugin_calls_target, client_calls_target,    client_model_target};
+    static const std::array all = {
+        command_lines_target, frame_data_target,   manifest_target,     scene_target,
+        path_target,          model_target,        obj_target,          exr_target,
+        foreign_exr_target,   stream_target,       shown_frames_target, viewer_messages_target,
+        served_file_target,   plugin_calls_target, client_calls_target, client_model_target};
     return all;
 }
 

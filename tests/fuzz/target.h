@@ -80,6 +80,7 @@ void damage_frame_data(std::span<std::uint8_t> bytes, std::mt19937& random);
 std::vector<std::uint8_t> bytes_of(std::string_view text);
 std::vector<std::uint8_t> bytes_of_file(const std::filesystem::path& file);
 
+extern const Target command_lines_target;
 extern const Target frame_data_target;
 extern const Target manifest_target;
 extern const Target scene_target;
