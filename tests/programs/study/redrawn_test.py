@@ -28,6 +28,7 @@ DRAWN = {
     "viewer, speed": ["tests/study/viewer/speed.py", "--page", "viewer.md"],
     "viewer, refresh": ["tests/study/viewer/refresh.py", "--page", "viewer.md"],
     "viewer, gpu": ["tests/study/viewer/gpu.py", "--results", "."],
+    "trust": ["tests/study/trust.py", "trust.md"],
     "latency": ["tests/study/viewer/carrying.py", "--page", "latency.md"],
 }
 

@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+"""One-line changes at random, and whether the changed folder's own tests notice.
+
+usage: mutations.py BUILD --report FILE [--changes N] [--seed N] [--folders NAMES]
+
+BUILD is a build folder of this checkout, without changes of its own: each change is made in place, built, tested and taken back. A folder's own
+tests are the unit tests whose sources lie in the folder of the same name; where it has none, all of its parent's. A change is *found* where a test
+fails, crashes or runs for ten times as long as before. It *survived* where all pass, and *in no test* where none of them compiles the file. *no program*
+does not compile and does not count. Changes that are in the report already are not made again. Read the survivors: set "equivalent" of one that cannot
+matter to the reason.
+"""
+
+import argparse
+import contextlib
+import json
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+FOLDERS = "plugin", "client", "host-adapters"
+FEWEST_TEST_S = 60
+NUMBER = r"(?<![\w.])(\d+)(?![\w.'])"
+
+# What is changed in a line of code: a pattern with spaces around operators, which templates and pointers have not; and what takes its place.
+OPERATORS = [
+    (r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "), (r" == ", " != "), (r" != ", " == "),
+    (r" \+ ", " - "), (r" - ", " + "), (r" \* ", " / "), (r" / ", " * "), (r" \+= ", " -= "), (r" -= ", " += "),
+    (r" && ", " || "), (r" \|\| ", " && "), (r"!(?=[a-z_(])", ""), (r"\btrue\b", "false"), (r"\bfalse\b", "true"),
+    (r"std::min\b", "std::max"), (r"std::max\b", "std::min"), (r"\+\+(?=\w)", "--"), (r"\bcontinue;", "break;"),
+    (NUMBER, lambda found: str(int(found[1]) + 1)), (r"(?<![\w.])(\d+\.\d+)(?=f?\b)", lambda found: f"{2 * float(found[1]) + 1}"),
+    (r"^(\s+)[a-z_][\w.>\-]*\(.*\);$", lambda found: f"{found[1]};"),
+]
+# Words of the language and of the build, not of what the code does.
+NO_CODE = re.compile(r"^\s*(//|/?\*|#|using |template|static_assert|namespace|friend |typedef |assert|\[\[)|\blayout\(|ES_API")
+
+
+def run(*words, timeout=None):
+    return subprocess.run([str(word) for word in words], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", timeout=timeout)
+
+
+def code_lines(folders):
+    """(file, line number) of all that may be changed."""
+    for file in run("git", "ls-files", *folders).stdout.split():
+        if file.endswith((".cpp", ".h", ".c", ".glsl")) and "/include/" not in file and "/example/" not in file:
+            for number, line in enumerate((ROOT / file).read_text().splitlines()):
+                if not NO_CODE.search(line) and '"' not in line and choices(line):
+                    yield file, number
+
+
+def choices(line):
+    """What the line may become."""
+    code = line.split("//")[0]
+    changed = []
+    for pattern, by in OPERATORS:
+        for found in re.finditer(pattern, code):
+            other = by(found) if callable(by) else by
+            changed.append(line[:found.start()] + other + line[found.end():])
+    return [each for each in changed if each != line]
+
+
+def own_tests(build):
+    """{folder: tests}, of every folder in tests/unit and of those above it."""
+    tests = {}
+    for lists in (ROOT / "tests/unit").glob("*/CMakeLists.txt"):
+        for name, sources in re.findall(r"equistream_test\((\w+)\s+SOURCES\s+([^)]*?)(?:LIBRARIES|DEFINITIONS|LABELS|\))", lists.read_text()):
+            for source in re.findall(r"(?<![\w}/-])[\w/]+\.cpp", sources):
+                folder = pathlib.Path(lists.parent.name) / pathlib.Path(source).parent
+                for place in (folder, *list(folder.parents)[:-1]):
+                    tests.setdefault(str(place), set()).add(name)
+    built = set(re.findall(r"Test +#\d+: (\w+)", run("ctest", "--test-dir", build, "-N").stdout))
+    return {folder: names & built for folder, names in tests.items() if names & built}
+
+
+def tests_of(file, tests):
+    names = next((tests[str(place)] for place in pathlib.Path(file).parents if str(place) in tests), set())
+    return names | tests["client/gl"] if "gl" in pathlib.Path(file).parts else names
+
+
+@contextlib.contextmanager
+def changed(file, number, line):
+    before = (ROOT / file).read_text()
+    lines = before.splitlines(keepends=True)
+    lines[number] = line + "\n"
+    (ROOT / file).write_text("".join(lines))
+    try:
+        yield
+    finally:
+        (ROOT / file).write_text(before)
+
+
+def built(build, names):
+    """Whether they build; None where there was nothing to do."""
+    done = run("cmake", "--build", build, "--target", *sorted(names), "--", "-k", "1")
+    return None if "ninja: no work to do" in done.stdout else done.returncode == 0
+
+
+def failing(build, names, seconds):
+    """The first test that fails; None where none does."""
+    for name in sorted(names):
+        try:
+            if run("ctest", "--test-dir", build, "-R", f"^{name}$", "--timeout", int(seconds), timeout=2 * seconds).returncode != 0:
+                return name
+        except subprocess.TimeoutExpired:
+            return name
+    return None
+
+
+def verdict(build, names, seconds):
+    is_built = built(build, names)
+    if not is_built:
+        return {"verdict": "no program" if is_built is False else "in no test"}
+    noticed = failing(build, names, seconds)
+    return {"verdict": "found", "by": noticed} if noticed else {"verdict": "survived"}
+
+
+def summary(changes):
+    found, equivalent = (sum(each["verdict"] == "found" for each in changes), sum("equivalent" in each for each in changes))
+    survived = sum(each["verdict"] in ("survived", "in no test") for each in changes) - equivalent
+    share = f"{100 * found / (found + survived):.0f} %" if found + survived else "none"
+    return f"{found} found, {survived} survived, {equivalent} equivalent: {share}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("--changes", type=int, default=200, help="that compile, in all (200)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--folders", default=",".join(FOLDERS))
+    parser.add_argument("--report", type=pathlib.Path, required=True)
+    asked = parser.parse_args()
+    build = asked.build.resolve()
+    if run("git", "status", "--porcelain", "--untracked-files=no", "--", *FOLDERS).stdout:
+        sys.exit("mutations.py: expected a checkout without changes, found some")
+    report = json.loads(asked.report.read_text()) if asked.report.exists() else {"seed": asked.seed, "changes": []}
+    known = {(each["file"], each["line"]) for each in report["changes"]}
+    tests = own_tests(build)
+    chance = random.Random(asked.seed)
+    lines = list(code_lines(asked.folders.split(",")))
+    chance.shuffle(lines)
+    times = {}
+    for file, number in lines:
+        text = (ROOT / file).read_text().splitlines()[number]
+        become = chance.choice(choices(text))
+        if sum(each["verdict"] != "no program" for each in report["changes"]) >= asked.changes:
+            break
+        if (file, number + 1) in known:
+            continue
+        names = tests_of(file, tests)
+        key = tuple(sorted(names))
+        if key not in times:
+            if not names or built(build, names) is False:
+                sys.exit(f"mutations.py: expected tests of {file} that build, found {', '.join(names) or 'none'}")
+            begun = time.monotonic()
+            if broken := failing(build, names, 600):
+                sys.exit(f"mutations.py: expected tests that pass without a change, found {broken} to fail")
+            times[key] = time.monotonic() - begun
+        with changed(file, number, become):
+            said = verdict(build, names, max(FEWEST_TEST_S, 10 * times[key]))
+        report["changes"].append({"file": file, "line": number + 1, "before": text.strip(), "after": become.strip(), **said})
+        asked.report.parent.mkdir(parents=True, exist_ok=True)
+        asked.report.write_text(json.dumps(report, indent=1) + "\n")
+        print(f"{file}:{number + 1}: {text.strip()} -> {become.strip()}: {said['verdict']} {said.get('by', '')}", flush=True)
+    built(build, set().union(*tests.values()))
+    print(summary(report["changes"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Writes the tables of docs/results/trust.md from docs/results/trust/*.json, which other programs measure; each table's text names its command.
+
+    trust.py [PAGE]      the JSON lies in the folder beside it
+"""
+
+import collections
+import json
+import pathlib
+import sys
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY / "programs/study"))
+from pages import place, table  # noqa: E402
+from steps import write_whole  # noqa: E402
+
+PAGE = REPOSITORY / "docs/results/trust.md"
+
+
+def share(part, whole):
+    return f"{100 * part / whole:.0f} %" if whole else "-"
+
+
+def fuzz(report):
+    parsers = report["parsers"]
+    rows = []
+    for name, figures in report["targets"].items():
+        lines = [report["lines"][file] for file in parsers[name]]
+        reached, of = (sum(each[i] for each in lines) for i in (0, 1))
+        rows.append([f"`{name}`", f"{figures['executions']:,}", f"{figures['seconds'] / 60:.0f}", "yes" if figures["found"] else "none", f"{reached:,} of {of:,}", share(reached, of)])
+    reached, of = (sum(each[i] for each in report["lines"].values()) for i in (0, 1))
+    rows.append(["all", f"{sum(each['executions'] for each in report['targets'].values()):,}", f"{sum(each['seconds'] for each in report['targets'].values()) / 60:.0f}",
+                 "", f"{reached:,} of {of:,}", share(reached, of)])
+    return table(["target", "executions", "minutes", "finds", "lines of its readers", "reached"], rows, 1)
+
+
+def kills(report):
+    rows = [[name, str(job["kills"]), f"{job['finished_files_checked']:,}", str(job["resumed_to_the_end"]), f"{job['seconds_uninterrupted']:.1f}"]
+            for name, job in report["jobs"].items()]
+    return table(["job", "kills", "finished files compared", "went on to the end", "seconds uninterrupted"], rows, 1)
+
+
+def promises(report):
+    def db(value):
+        return "-" if value is None else f"{value:.2f}"
+
+    rows = [[name, f"{each['wanted_db']}", db(each["promised_db"]), f"{db(each['found_db'])} [{db(each['found_low'])}, {db(each['found_high'])}]",
+             f"{each['found_db'] - each['promised_db']:+.2f}"]
+            for name, scene in report["scenes"].items() for each in scene["promises"]]
+    return table(["scene", "asked for, dB", "promised", "found [95 %]", "difference"], rows, 1)
+
+
+def mutations(report):
+    folders = collections.defaultdict(collections.Counter)
+    for change in report["changes"]:
+        kind = "equivalent" if "equivalent" in change else change["verdict"].replace("in no test", "survived")
+        folders["/".join(change["file"].split("/")[:2])][kind] += 1
+        folders["all"][kind] += 1
+    rows = [[folder, *(str(counts[kind]) for kind in ("found", "survived", "equivalent")), share(counts["found"], counts["found"] + counts["survived"])]
+            for folder, counts in sorted(folders.items(), key=lambda item: (item[0] == "all", item[0]))]
+    return table(["folder", "found", "survived", "cannot matter", "share found"], rows, 1)
+
+
+def foreign(report):
+    kinds = report["kinds"]
+    rows = [[name, str(sum(row.get(said, 0) for said in ("read", "refused", "fault"))), *(str(row.get(what, 0)) for what in ("read", "right", "other", "refused", "fault"))]
+            for name, row in kinds.items()]
+    return table(["files", "in all", "read", "same by another reader", "otherwise", "refused in one line", "faults"], rows, 1)
+
+
+def luxcore(report):
+    rows = [["depth within the range of the nine pixels around", f"{100 * report['depth_between_neighbours']:.3f} %"], ["albedo within 0.01", f"{100 * report['albedo_alike']:.3f} %"],
+            ["normals within 2.6 degrees", f"{100 * report['normals_alike']:.3f} %"], [f"hits and misses ({report['misses']:,}) alike", f"{100 * report['misses_alike']:.3f} %"],
+            ["mean light, red, green, blue, of ours", ", ".join(f"{ratio:.4f}" for ratio in report["mean_light_ratio_rgb"])]]
+    return table(["a sphere by LuxCore " + report["luxcore"], f"of {report['pixels']:,} pixels"], rows, 1)
+
+
+def main():
+    file_of_page = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
+    page = file_of_page.read_text()
+    for tabled in (fuzz, foreign, luxcore, kills, promises, mutations):
+        file = file_of_page.with_suffix("") / f"{tabled.__name__}.json"
+        if file.exists():
+            page = place(page, tabled.__name__, "all", tabled(json.loads(file.read_text())))
+    write_whole(file_of_page, page)
+
+
+if __name__ == "__main__":
+    main()
