@@ -549,6 +549,12 @@ class Import(unittest.TestCase):
         for length in [0, 3, 4, 40, 300, len(whole) // 2, len(whole) - 1]:
             bad.write_bytes(whole[:length])
             self.assert_refused([bad, "--out", self.work / "out"], "bad.0000.exr")
+        # OpenEXR would go on behind what it reads of these, and take what follows for the next attribute.
+        for mark, expected in ((b"screenWindowCenter\0v2f\0", "type v2f with 8 bytes"), (b"channels\0chlist\0", "type chlist with"), (b"dataWindow\0box2i\0", "type box2i with 16")):
+            damaged = bytearray(whole)
+            damaged[whole.index(mark) + len(mark)] += 1
+            bad.write_bytes(bytes(damaged))
+            self.assert_refused([bad, "--out", self.work / "out"], "bad.0000.exr", expected)
         for _ in range(60):
             damaged = bytearray(whole)
             for at in rng.integers(0, 500, 4):
