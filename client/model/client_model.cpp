@@ -113,7 +113,10 @@ void write_client_model(const std::filesystem::path& json_file, const ClientMode
     const std::filesystem::path unfinished = unfinished_description(json_file);
     write_file_atomically(unfinished, description_text(description));
     write_glb(description.model, model.model);
-    std::filesystem::rename(unfinished, json_file);
+    std::error_code error;
+    std::filesystem::rename(unfinished, json_file, error);
+    if (error)
+        throw WorkError(json_file.string() + ": cannot be written: " + error.message());
 }
 
 std::filesystem::path unfinished_description(std::filesystem::path json_file) {

@@ -257,9 +257,8 @@ private:
         if (const auto t = layer.with({"T"}); !t.empty() && conventions_.name == "mitsuba")
             take("depth", layer, t, "Mitsuba's depth ends in T");
         for (const Rule& rule : rules())
-            if (rule.plane == "depth" && rule.layers.contains(layer.last)) {
+            if (rule.plane == "depth" && rule.layers.contains(layer.last))
                 take("depth", layer, depth_channel(layer), "layer " + layer.name);
-            }
         if (layer.name.empty())
             take("depth", layer, layer.with({"Z"}), "the plain name Z");
     }
