@@ -49,7 +49,7 @@ struct SourceConventions {
     NormalSpace normals = NormalSpace::world;
     bool normals_encoded = false;  ///< (n + 1) / 2
     bool mirrored = false;         ///< equirect: longitude grows to the left
-    bool one_row_low = false;     ///< equirect: a row has what belongs into the one above it
+    bool one_row_low = false;      ///< equirect: a row has what belongs into the one above it
     double forward_at = 0.5;       ///< equirect: fraction of the width at which the camera looks
     bool z_up = false;             ///< the world's up is +Z
     bool column_vectors = false;   ///< worldToCamera has its translation in the last column
