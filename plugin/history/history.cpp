@@ -24,11 +24,14 @@ constexpr float least_change = 0.001f;
 /// Pixels over which a denoiser or an eye takes means: bias weighs so much more than noise.
 constexpr float pixels_seen_together = 100;
 /// Pixels around one in which lost detail is looked for.
-constexpr int detail_radius = 3;
-/// So many times what noise explains is no lost detail.
-constexpr double detail_noise = 2;
+constexpr int detail_radius = 5;
+/// Standard errors of it that noise alone may reach, and how much of the noise it may be at most.
+constexpr double detail_sure = 1.5, most_lost = 1000;
+/// Times what shows as white: larger innovations count as so much. Sums of their fourth power still tell other pixels
+/// apart.
+constexpr double most_innovation = 16;
 /// Of the level: lost detail below it is not seen.
-constexpr double least_detail = 0.01;
+constexpr float least_detail = 0.01f;
 /// Pixels around one over which denoised and accumulated light are told apart, and how surely: noise alone gives none
 /// of the latter a share.
 constexpr int share_radius = 4;
@@ -62,7 +65,7 @@ void History::resize(const FrameInfo& info) {
     changes_.resize(pixels);
     row_sums_.resize(pixels);
     bias2_.resize(pixels);
-    lost2_.resize(pixels);
+    lost_.resize(pixels);
     shares_.resize(pixels);
 }
 
@@ -82,10 +85,11 @@ History::Fresh History::fresh(const Planes& planes, std::size_t pixel) {
     Fresh f;
     const float* rgba = planes.colour + 4 * pixel;
     const float* rgb = planes.raw == nullptr ? rgba : planes.raw + 3 * pixel;
-    if (!std::all_of(rgb, rgb + 3, [](float v) { return std::isfinite(v); }) || !std::isfinite(rgba[3]))
+    const auto is_finite = [](float v) { return std::isfinite(v); };
+    if (!std::all_of(rgb, rgb + 3, is_finite) || !std::all_of(rgba, rgba + 4, is_finite))
         return f;
-    f.colour = glm::min(glm::vec4(rgb[0], rgb[1], rgb[2], rgba[3]), glm::vec4(brightest));
-    f.denoised = glm::min(glm::vec3(rgba[0], rgba[1], rgba[2]), glm::vec3(brightest));
+    f.colour = glm::clamp(glm::vec4(rgb[0], rgb[1], rgb[2], rgba[3]), -brightest, brightest);
+    f.denoised = glm::clamp(glm::vec3(rgba[0], rgba[1], rgba[2]), -brightest, brightest);
     f.level = brightness(f.colour);
     f.count = planes.samples == nullptr ? planes.samples_a_pixel : planes.samples[pixel];
     if (planes.samples != nullptr && f.count > 1) {
@@ -166,23 +170,30 @@ void History::find_changes() {
         });
 }
 
-/// Of a frame without a variance of its own nothing is known: what its memory has learnt holds lost detail too.
+/// How far a frame is off what was carried to it.
+float History::innovation(const Mean& carried, const Fresh& fresh) const {
+    const float most = static_cast<float>(most_innovation / exposure_);
+    return std::clamp(fresh.level - brightness(carried.colour), -most, most);
+}
+
 void History::find_lost_detail(const Planes& planes) {
     for_each_row(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
             const Fresh f = fresh(planes, i);
             const Mean& m = means_[0][i];
-            const float off = f.level - brightness(m.colour);
-            changes_[i] = f.freedom >= 1 && m.count > 0 && std::isfinite(m.most)  // not where it stayed in its pixel
-                              ? Change{off * off, f.variance * (1 / f.count + 1 / m.count), f.level, 1}
+            const float now = innovation(m, f), again = now * m.innovation;
+            const float unseen = least_detail * std::min(f.level, static_cast<float>(most_innovation / exposure_));
+            // Not where it stayed in its pixel, nor where the frame before had nothing to be compared with.
+            changes_[i] = f.count > 0 && m.count > 0 && m.innovation != 0 && std::isfinite(m.most)
+                              ? Change{again - unseen * unseen, again * again, now * now, 1}
                               : Change{};
         }
     });
     sum_around(detail_radius, [&](std::size_t pixel, const auto& sum) {
-        const double floor = least_detail * sum.level / sum.count;
-        const double lost2 = (sum.difference - detail_noise * sum.variance) / sum.count - floor * floor;
-        lost2_[pixel] = static_cast<float>(std::max(lost2, 0.0));
+        const double lost2 = sum.difference - detail_sure * std::sqrt(std::max(sum.variance, 0.0));
+        const double of_noise = std::max(sum.level - sum.difference, lost2 / most_lost);
+        lost_[pixel] = lost2 > 0 ? static_cast<float>(lost2 / of_noise) : 0;
     });
 }
 
@@ -201,12 +212,12 @@ void History::find_shares() {
     });
 }
 
-/// Both means: which of them lags is not known. So many pixels are `seen_together`: their noise is less, their bias is
+/// Both means: which of them lags is not known. An eye sees many pixels together: their noise is less, their bias is
 /// not.
-void History::forget(Mean& carried, float bias2, float seen_together) {
+void History::forget_changed(Mean& carried, float bias2) {
     if (!(bias2 > 0) || carried.count <= 0)
         return;
-    const float noise = carried.variance / seen_together;
+    const float noise = carried.variance / pixels_seen_together;
     const auto kept = [&](float count) {
         const float all = noise + count * bias2;
         return all > 0 ? noise / all : 1;
@@ -216,13 +227,23 @@ void History::forget(Mean& carried, float bias2, float seen_together) {
     carried.count *= kept(carried.count);
 }
 
+void History::forget_lost(Mean& carried, float lost, float fresh_count) {
+    if (carried.count <= 0 || fresh_count <= 0)
+        return;
+    const auto kept = [&](float count) { return 1 / (1 + lost * (1 + count / fresh_count)); };
+    carried.freedom *= kept(carried.count);
+    carried.recent_count *= kept(carried.recent_count);
+    carried.count *= kept(carried.count);
+}
+
 void History::mix(Mean& carried, const Fresh& fresh) const {
     Mean& m = carried;
     const float n = fresh.count;
+    m.innovation = n > 0 && m.count > 0 ? innovation(m, fresh) : 0;
     if (n <= 0)
         return;
     if (m.count <= 0 || m.recent_count <= 0) {
-        m = {fresh.colour, fresh.denoised, n, fresh.variance, fresh.freedom, fresh.level, n, m.most};
+        m = {fresh.colour, fresh.denoised, n, fresh.variance, fresh.freedom, fresh.level, n, 0, m.most};
         return;
     }
     const float kept = std::min(m.count, m.most * n);
@@ -282,6 +303,7 @@ void History::accumulate(Frame& frame, const Before& before) {
     const Planes planes(frame);
     find_rims(planes);
     const Poses poses{before.camera_pose, info.camera_pose};
+    exposure_ = info.exposure;
     for_each_row(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
@@ -290,7 +312,7 @@ void History::accumulate(Frame& frame, const Before& before) {
         }
     });
     std::ranges::fill(bias2_, 0.0f);
-    std::ranges::fill(lost2_, 0.0f);
+    std::ranges::fill(lost_, 0.0f);
     if (goes_on) {
         find_changes();
         find_lost_detail(planes);
@@ -298,15 +320,16 @@ void History::accumulate(Frame& frame, const Before& before) {
     for_each_row(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
-            forget(means_[0][i], bias2_[i], pixels_seen_together);
-            forget(means_[0][i], lost2_[i], 1);
-            mix(means_[0][i], fresh(planes, i));
+            Mean& mean = means_[0][i];
+            const Fresh f = fresh(planes, i);
+            forget_changed(mean, bias2_[i]);
+            forget_lost(mean, lost_[i], f.count);
+            mix(mean, f);
         }
     });
     if (planes.raw != nullptr)
         find_shares();
     write(frame);
-    exposure_ = info.exposure;
     last_ = Before{info.index, info.camera_pose};
 }
 

@@ -21,9 +21,10 @@
 /// bias b. An eye sees the mean of many pixels k, and so less of noise of variance V, but all of the bias: the mean is
 /// worth as many samples as one of variance V + k b^2.
 ///
-/// Detail that a mean has lost, resampled over and over, shows as a frame that differs from it by more than noise, up
-/// and down from pixel to pixel. Where that is more than twice what noise explains, the rest is taken for the mean's
-/// error in each pixel: there a frame with little noise is nearer to the truth than its memory.
+/// A mean that is resampled over and over loses detail, and lacks it in the next frame too, while noise is new in every
+/// frame. An innovation is how far a frame is off what was carried to it. The product of two in a row is at most zero
+/// on average where no detail is lost, and else the square of what is lost (Mehra, "On the Identification of Variances
+/// and Adaptive Kalman Filtering", 1970).
 #include <equistream/frame.h>
 #include <equistream/rec709.h>
 
@@ -74,7 +75,8 @@ private:
         float freedom = 0;   ///< degrees of it
         float recent = 0;    ///< luminance over the last few frames
         float recent_count = 0;
-        float most = 0;  ///< frames that count at most; infinite where it stayed in its pixel
+        float innovation = 0;  ///< of the last frame's luminance; 0: nothing was carried to it
+        float most = 0;        ///< frames that count at most; infinite where it stayed in its pixel
     };
     /// What its centre's ray met.
     struct Seen {
@@ -132,11 +134,13 @@ private:
     bool sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::vec2 past) const;
     Change change(const Mean& carried, const Fresh& fresh) const;
     void find_changes();
+    float innovation(const Mean& carried, const Fresh& fresh) const;
     void find_lost_detail(const Planes& planes);
     void find_shares();
     template <typename Use>
     void sum_around(int radius, const Use& use);
-    static void forget(Mean& carried, float bias2, float seen_together);
+    static void forget_changed(Mean& carried, float bias2);
+    static void forget_lost(Mean& carried, float lost, float fresh_count);
     void mix(Mean& carried, const Fresh& fresh) const;
     void write(Frame& frame) const;
 
@@ -149,7 +153,8 @@ private:
     std::array<std::vector<Mean>, 2> means_;  ///< now, before
     std::array<std::vector<Seen>, 2> seen_;
     std::vector<Change> changes_, row_sums_;
-    std::vector<float> bias2_, lost2_;
+    std::vector<float> bias2_;
+    std::vector<float> lost_;    ///< detail, squared, over the noise of the frame and of the mean together
     std::vector<float> shares_;  ///< of the mean in what is shown, beside the denoised one
 };
 

@@ -227,12 +227,16 @@ bool History::goes_along(const Sought& sought, int x, int y) const {
            sought.slide_px * std::abs(near_there - near_here) < sliding_px;
 }
 
-/// From a middle four that go along; another that does not is taken for the nearest of these. Whether all do.
+/// From a middle four that go along; another that does not is taken for the nearest of these. No colour is beyond the
+/// four, or the sun would get a dark ring that grows from frame to frame. Whether all go along.
 bool History::sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::vec2 past) const {
     const std::array<float, 4> across = cubic(past.x), along = cubic(past.y);
     mean.colour = glm::vec4(0);
     mean.denoised = glm::vec3(0);
-    mean.recent = 0;
+    mean.recent = mean.innovation = 0;
+    glm::vec4 low(std::numeric_limits<float>::infinity()), high = -low;
+    glm::vec3 denoised_low(low), denoised_high(high);
+    float recent_low = low.x, recent_high = high.x;
     bool whole = true;
     for (int j = -1; j < 3; ++j)
         for (int i = -1; i < 3; ++i) {
@@ -245,7 +249,19 @@ bool History::sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::
             mean.colour += weight * m.colour;
             mean.denoised += weight * m.denoised;
             mean.recent += weight * m.recent;
+            mean.innovation += weight * m.innovation;
+            if (x == i && y == j) {
+                low = glm::min(low, m.colour);
+                high = glm::max(high, m.colour);
+                recent_low = std::min(recent_low, m.recent);
+                recent_high = std::max(recent_high, m.recent);
+                denoised_low = glm::min(denoised_low, m.denoised);
+                denoised_high = glm::max(denoised_high, m.denoised);
+            }
         }
+    mean.colour = glm::clamp(mean.colour, low, high);
+    mean.denoised = glm::clamp(mean.denoised, denoised_low, denoised_high);
+    mean.recent = std::clamp(mean.recent, recent_low, recent_high);
     return whole;
 }
 
@@ -287,6 +303,7 @@ History::Mean History::found(const Sought& sought) const {
             sum.variance += weight * m.variance;
             sum.freedom += weight * m.freedom;
             sum.recent += weight * m.recent;
+            sum.innovation += weight * m.innovation;
         }
     if (same < least_weight)
         return {};
@@ -296,6 +313,7 @@ History::Mean History::found(const Sought& sought) const {
     sum.variance *= scale;
     sum.freedom *= scale;
     sum.recent *= scale;
+    sum.innovation *= scale;
     sum.count = weights / shares;
     sum.recent_count = weights / recent_shares;
     const bool whole = along == 4 && sharpen(sum, sought, {left, top}, {right, down});

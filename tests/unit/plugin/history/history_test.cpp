@@ -436,6 +436,26 @@ TEST(History, WhatAMirrorShowsIsCarriedByItsOwnMotion) {
     EXPECT_GT(world.mean(f, "samples"), 60);
 }
 
+TEST(History, NoDarkRingGrowsAroundTheSun) {
+    // It fills one pixel, and the head turns by parts of one.
+    World world(
+        view,
+        [](const glm::dvec3&, const glm::dvec3& direction) {
+            Hit hit;
+            hit.distance_m = infinity;
+            hit.level = direction.z < -std::cos(0.02) ? 1e4 : 1;
+            return hit;
+        },
+        faint);
+    Frame f;
+    for (int i = 0; i < 20; ++i)
+        f = world.next({{0, 0, 0}, glm::angleAxis(0.007 * i, glm::normalize(glm::dvec3(0.4, 1, 0)))});
+    EXPECT_GT(*std::ranges::max_element(world.truth.samples()), 1000);
+    for (int y = 0; y < f.planes["colour"].height(); ++y)
+        for (int x = 0; x < f.planes["colour"].width(); ++x)
+            ASSERT_GE(*f.planes["colour"].pixel(x, y), 0.8) << x << ", " << y;
+}
+
 TEST(History, TheSeamAndThePolesAreNoEdges) {
     // A head that turns in every way, on a sphere that turns along: everything crosses both.
     World world(sphere, sky, none);
