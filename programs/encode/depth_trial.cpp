@@ -24,6 +24,10 @@ constexpr double least_within = 0.4;
 /// More of them that a larger share is worth.
 constexpr double least_gain = 0.05;
 
+/// Beyond it bytes hardly fall any more, and surfaces leave their places: in san-miguel CRF 51 in place of 42 saved an
+/// eighth of a stream and cost 7 dB (docs/results/window.md).
+constexpr int coarsest_crf = 42;
+
 /// Those of the colour's trial.
 struct TrialFrames {
     TrialFrames(const DepthTrack& tried, const std::vector<std::int64_t>& frames, int gop)
@@ -66,7 +70,7 @@ public:
         return {crf, bytes, colour_bytes_, within, int(settings_.pictures)};
     }
 
-    /// At the least CRF whose bytes stay within the share, or the worst where none does; beyond that, as long as it
+    /// At the least CRF whose bytes stay within the share, or coarsest_crf where none does; beyond that, as long as it
     /// leaves practically all pixels within the bound all the same.
     DepthTrial best(const DepthWay& way, double share) {
         DepthTrial chosen = min_within(way, share);
@@ -106,7 +110,7 @@ public:
 private:
     /// Bytes fall as the CRF rises, by about half in six.
     DepthTrial min_within(const DepthWay& way, double share) {
-        int low = 0, high = worst_crf;
+        int low = 0, high = coarsest_crf;
         std::optional<DepthTrial> at_high;
         for (int next = guess_; low < high;) {
             const int crf = std::clamp(next, low, high - 1);

@@ -234,7 +234,9 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
                      "sends it)\n",
                      percent_text(*report.images_left_out_share).c_str());
     if (report.trial && report.trial->share() > report.trial->allowed)
-        std::fprintf(out, "  depth takes more than the %s asked for even at its worst\n",
+        std::fprintf(out,
+                     "  depth takes more than %s of the colour's bits: coarser than that, surfaces leave their "
+                     "places\n",
                      percent_text(report.trial->allowed).c_str());
     std::fprintf(out,
                  "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",

@@ -141,7 +141,9 @@ TEST_F(DepthScale, TheReportJudgesTheTrial) {
     // Every pixel at a depth of its own, and next to no bits for them.
     std::mt19937 random(8);
     const auto chaos = [&](int, int) { return 0.6f + float(random() % 1000) / 500; };
-    const nlohmann::json poor = depth_of(encode(chaos, "--depth auto --depth-share 0.01"))["trial"];
+    const nlohmann::json starved = depth_of(encode(chaos, "--depth auto --depth-share 0.01"));
+    EXPECT_EQ(starved["crf"], 42) << "coarser depth costs far more than its bits";
+    const nlohmann::json poor = starved["trial"];
     EXPECT_EQ(poor["judgement"], "poor") << poor;
     EXPECT_LT(poor["pixels_within_budget"], 0.4);
     const Ran text = run("encode '" + path("r") + "' --preset ultrafast --depth auto --depth-share 0.01 --out '" +
@@ -149,6 +151,7 @@ TEST_F(DepthScale, TheReportJudgesTheTrial) {
     EXPECT_NE(text.output.find("that is poor: decibels may be lost beside exact depth; take a larger --depth-share"),
               std::string::npos)
         << text.output;
+    EXPECT_NE(text.output.find("depth takes more than 1.0 % of the colour's bits"), std::string::npos) << text.output;
 }
 
 TEST_F(DepthScale, AShareThatLeavesFewPixelsWithinTheBudgetGrows) {
