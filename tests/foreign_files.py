@@ -4,7 +4,7 @@
 usage: foreign_files.py BIN_DIR --report FILE [--fuzz BUILD] NAME=FOLDER...
 
 EXR files are imported as one picture and compared with the package OpenEXR, pixel by pixel. OBJ and glTF files are scenes' models; their triangles and their
-extent are compared with the package trimesh. *refused* is one line and status 2; anything else but status 0 is a fault, and so are a minute
+extent are compared with the packages tinyobjloader and trimesh. *refused* is one line and status 2; anything else but status 0 is a fault, and so are a minute
 or 4 GiB. --fuzz: each file goes through the fuzz target of its kind too, whose build has sanitizers; a find is a fault.
 """
 
@@ -56,6 +56,26 @@ def outcome(done):
     return "fault", f"status {done.returncode}: {' / '.join(lines)[-300:]}"
 
 
+def gltf_shape(path):
+    """How many triangles, and their corners, by trimesh."""
+    import trimesh
+    scene = trimesh.load_scene(str(path))
+    placed = [(scene.graph[node][0], scene.geometry[scene.graph[node][1]]) for node in scene.graph.nodes_geometry]
+    corners = [trimesh.transform_points(mesh.vertices[np.unique(mesh.faces)], place) for place, mesh in placed]
+    return sum(len(mesh.faces) for _, mesh in placed), np.concatenate(corners)
+
+
+def obj_shape(path):
+    """The same by tinyobjloader: trimesh takes an index that counts from the end from the wrong one."""
+    import tinyobjloader
+    reader, config = tinyobjloader.ObjReader(), tinyobjloader.ObjReaderConfig()
+    config.triangulate = True
+    if not reader.ParseFromFile(str(path), config):
+        raise ValueError(reader.Error())
+    indices = np.array([index.vertex_index for shape in reader.GetShapes() for index in shape.mesh.indices], int)
+    return len(indices) // 3, np.array(reader.GetAttrib().vertices).reshape(-1, 3)[indices]
+
+
 class Judge:
     def __init__(self, programs, room):
         self.program, self.room, self.number = programs / "equistream", room, 0
@@ -102,11 +122,8 @@ class Judge:
     @staticmethod
     def same_shape(path, info, warnings):
         """None: the other reader does not read it."""
-        import trimesh
         try:
-            scene = trimesh.load_scene(str(path))
-            placed = [(scene.graph[node][0], scene.geometry[scene.graph[node][1]]) for node in scene.graph.nodes_geometry]
-            corners = np.concatenate([trimesh.transform_points(mesh.vertices[np.unique(mesh.faces)], place) for place, mesh in placed])
+            triangles, corners = (obj_shape if kind_of(path) == "obj" else gltf_shape)(path)
         except Exception:
             return None
         if not len(corners):
@@ -115,7 +132,7 @@ class Judge:
         without_area = sum(1 + int(more or 0) for more in re.findall(r"a face without an area is left out(?: \(and (\d+) more\))?", warnings))
         size = float(np.linalg.norm(bounds[1] - bounds[0])) or 1.0
         is_as_large = np.abs(np.array(info["bounding_box_m"]) - bounds).max() <= SAME_M * size
-        return bool(info["triangles"] + without_area == sum(len(mesh.faces) for _, mesh in placed) and is_as_large)
+        return bool(info["triangles"] + without_area == triangles and is_as_large)
 
     obj = gltf = model
 

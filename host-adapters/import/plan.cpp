@@ -273,10 +273,12 @@ private:
         }
         if (views.size() > 1)
             views.erase("");
+        if (views.contains("center") && views.contains("centre"))
+            throw InputError(expected_found(file().file().string(), "one view in the middle", "center and centre"));
         for (const std::string& view : views) {
             PlannedView planned{view, settings_.info.eye,
                                 map_channels(files, plan_.files.stems, view, plan_.conventions)};
-            const auto eye = std::ranges::find(eye_names, view);
+            const auto eye = std::ranges::find(eye_names, view == "center" ? "centre" : view);
             if (eye != std::end(eye_names))
                 planned.eye = static_cast<Eye>(eye - std::begin(eye_names));
             else if (!view.empty() && views.size() > 1) {

@@ -47,6 +47,15 @@ Box transformed(const Box& box, const glm::mat4& world_from_object) {
     return result;
 }
 
+/// Of what is drawn; the box of a mesh that is turned is larger than the mesh.
+Box box_of(const Mesh& mesh, const glm::dmat4& world_from_object) {
+    Box box;
+    for (const glm::uvec3& t : mesh.triangles)
+        for (const unsigned index : {t.x, t.y, t.z})
+            box.add(world_from_object * glm::dvec4(glm::dvec3(mesh.positions[index]), 1));
+    return box;
+}
+
 /// Instances in order of their boxes' distance, until no box can hold anything nearer.
 double nearest_triangle(const SceneModel& model, const std::vector<Box>& boxes, const std::vector<glm::mat4>& world,
                         const glm::dvec3& from) {
@@ -126,12 +135,11 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     if (scene.sky_image)
         out.sky_image = scene.sky_image->file.string();
     out.moving_objects = scene.moving.size();
-    const std::vector<Box> boxes = mesh_boxes(model);
     const std::vector<glm::mat4> world = instance_transforms(model, scene, 0);
     Box all;
     for (std::size_t i = 0; i < model.instances.size(); ++i) {
         const Mesh& mesh = model.meshes[model.instances[i].mesh];
-        const Box box = transformed(boxes[model.instances[i].mesh], world[i]);
+        const Box box = box_of(mesh, glm::dmat4(world[i]));
         all.add(box.low);
         all.add(box.high);
         const std::size_t material = mesh.material == no_index ? model.materials.size() - 1 : mesh.material;

@@ -326,7 +326,7 @@ class Import(unittest.TestCase):
                   "displayWindow": (np.array([0, 0], np.int32), np.array([WIDTH - 1, HEIGHT - 1], np.int32)),
                   "chromaticities": (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767)}
         parts = []
-        for view in ("left", "right"):
+        for view in ("left", "center"):  # as OpenEXR spells the middle one
             for name, planes in (("rgba", {c: acescg[..., k] for k, c in enumerate("RGB")}), ("depth", {"Z": frame["depth.Z"]})):
                 planes = {n: np.ascontiguousarray(p[window].astype(np.float32)) for n, p in planes.items()}
                 parts.append(OpenEXR.Part({**header, "view": view, "type": OpenEXR.scanlineimage, "compression": OpenEXR.PIZ_COMPRESSION}, planes, f"{name}.{view}"))
@@ -334,7 +334,7 @@ class Import(unittest.TestCase):
         OpenEXR.File(parts).write(str(self.work / "stereo.0000.exr"))
         result = run("import", self.work / "stereo.0000.exr", "--out", self.work / "out")
         self.assertEqual(result.returncode, 0, result.stderr)
-        for view in ("left", "right"):
+        for view in ("left", "centre"):
             found = read_frame(self.work / "out" / view / "frame.0000.exr")
             outside = np.ones((HEIGHT, WIDTH), bool)
             outside[window] = False

@@ -175,6 +175,17 @@ TEST(Summary, SphereFromInside) {
     EXPECT_EQ(aside.emissive_triangles, aside.triangles);
 }
 
+TEST(Summary, BoxOfATurnedMeshIsItsOwn) {
+    generate::SceneBuilder scene;
+    const auto ball = scene.mesh("ball", generate::sphere(1, 64, 32), scene.material({}));
+    scene.object("turned", {ball}, generate::turned_y(0.7f));
+    SceneDescription description;
+    description.camera_path = PosePath({{0, {{0, 0, 5}, {1, 0, 0, 0}}}}, "here");
+    const SceneSummary turned = summarise(scene.finish(), description);
+    EXPECT_NEAR(turned.box_high_m.x, 1, 2 * (1 - std::cos(3.15 / 64)));  // the turned box of the ball reaches 1.41
+    EXPECT_NEAR(turned.box_low_m.z, -1, 2 * (1 - std::cos(3.15 / 64)));
+}
+
 TEST(Summary, BoundOfARoom) {
     // Nearest wall 2.2 m away, eyes within 31.5 mm: w = 0.0315 / 2.1685, in steps of 2 / (4 * 960).
     const SceneSummary room = summary_of("orientation");
