@@ -159,7 +159,7 @@ def main():
             except Unreachable as short:
                 raise Failed(unreachable_text(short.best, fit)) from None
         fit.begin("trial")
-        chosen = tried_file(fit, chosen, options.db)
+        chosen = tried_file(fit, chosen, options.db, 1000 * options.kb if options.kb else None)
     wanted = f"--kb {options.kb:g}" if options.kb else f"--db {options.db:g}"
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:

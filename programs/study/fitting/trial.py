@@ -8,7 +8,7 @@ import found
 from steps import Failed, write_if_other
 
 from .report import sections_of, settings_text
-from .search import BEST_CRF
+from .search import BEST_CRF, WORST_CRF
 
 
 def with_point(chosen, **figures):
@@ -34,13 +34,20 @@ def measured(work, chosen, asked, codec):
     return with_point(chosen, db=found.whole_db(entry), low=error["db_low"], high=error["db_high"], bytes=sent / (asked.last - asked.first + 1))
 
 
-def tried_file(fit, chosen, level=None):
-    """Measured so, and coded finer until it has `level` where one is asked for. Failed where no coding has it."""
+def tried_file(fit, chosen, level=None, limit=None):
+    """Measured so; coded finer until it has `level`, or coarser until it takes at most `limit` bytes a frame, where one is asked for. Failed where no coding does."""
+    def taken(each):
+        return each.bytes_a_frame(fit.path_frames)
+
     tried = measured(fit.work, chosen, fit.asked, fit.codec)
     while level is not None and tried.point.db < level:
         if tried.crf <= BEST_CRF:
             raise Failed(f"--db {level:g}: the search had {chosen.point.db:.2f} dB, the settings file's own commands have {tried.point.db:.2f} at CRF {tried.crf}")
         tried = measured(fit.work, with_point(tried, crf=tried.crf - 1), fit.asked, fit.codec)
-    finer = f", coded finer: CRF {tried.crf} in place of {chosen.crf}" if tried.crf != chosen.crf else ""
-    fit.why.append(f"by this file's own commands: {tried.point.db:.2f} dB, where the search had {chosen.point.db:.2f}{finer}")
+    while limit is not None and taken(tried) > limit:
+        if tried.crf >= WORST_CRF:
+            raise Failed(f"--kb {limit / 1000:g}: the search had {taken(chosen):,.0f} bytes a frame, the settings file's own commands have {taken(tried):,.0f} at CRF {tried.crf}")
+        tried = measured(fit.work, with_point(tried, crf=tried.crf + 1), fit.asked, fit.codec)
+    other = f", coded {'finer' if tried.crf < chosen.crf else 'coarser'}: CRF {tried.crf} in place of {chosen.crf}" if tried.crf != chosen.crf else ""
+    fit.why.append(f"by this file's own commands: {tried.point.db:.2f} dB and {taken(tried):,.0f} bytes a frame, where the search had {chosen.point.db:.2f} and {taken(chosen):,.0f}{other}")
     return tried

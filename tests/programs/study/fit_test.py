@@ -354,16 +354,16 @@ class Words(unittest.TestCase):
 class Trial(unittest.TestCase):
     """What the file's own commands have is what is promised."""
 
-    def tried(self, db_of, level):
-        fit = types.SimpleNamespace(why=[], work=None, asked=None, codec="h264")
+    def tried(self, db_of, level, limit=None):
+        fit = types.SimpleNamespace(why=[], work=None, asked=None, codec="h264", path_frames=10)
         chosen = Chosen(Point(by_scene(Fill(), False, Light(1)), 512, 30, 25.2, 25.0, 25.4, 1000), Fill(), 0, depth_share=0.1)
-        with unittest.mock.patch.object(fit_trial, "measured", lambda _work, chosen, *_: fit_trial.with_point(chosen, db=db_of(chosen.crf), bytes=5)):
-            return fit_trial.tried_file(fit, chosen, level), fit.why
+        with unittest.mock.patch.object(fit_trial, "measured", lambda _work, chosen, *_: fit_trial.with_point(chosen, db=db_of(chosen.crf), bytes=1600 - 20 * chosen.crf)):
+            return fit_trial.tried_file(fit, chosen, level, limit), fit.why
 
     def test_the_figures_are_the_trials(self):
         chosen, why = self.tried(lambda crf: 25.1, 25)
-        self.assertEqual((chosen.crf, chosen.point.db, chosen.point.bytes), (30, 25.1, 5))
-        self.assertIn("25.10 dB, where the search had 25.20", why[-1])
+        self.assertEqual((chosen.crf, chosen.point.db, chosen.point.bytes), (30, 25.1, 1000))
+        self.assertIn("25.10 dB and 1,000 bytes a frame, where the search had 25.20", why[-1])
 
     def test_a_file_that_falls_short_is_coded_finer(self):
         chosen, why = self.tried(lambda crf: 24.8 + 0.1 * (30 - crf), 25)
@@ -373,6 +373,13 @@ class Trial(unittest.TestCase):
     def test_what_no_coding_has_is_said(self):
         with self.assertRaisesRegex(Failed, f"own commands have 20.00 at CRF {fit_search.BEST_CRF}"):
             self.tried(lambda crf: 20, 25)
+
+    def test_a_file_that_takes_too_much_is_coded_coarser(self):
+        chosen, why = self.tried(lambda crf: 25, None, 950)
+        self.assertEqual((chosen.crf, chosen.point.bytes), (33, 940))
+        self.assertIn("coded coarser: CRF 33 in place of 30", why[-1])
+        with self.assertRaisesRegex(Failed, rf"--kb 0.5: .* own commands have 720 at CRF {fit_search.WORST_CRF}"):
+            self.tried(lambda crf: 25, None, 500)
 
 
 if __name__ == "__main__":
