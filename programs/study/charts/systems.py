@@ -125,7 +125,7 @@ def draw_moved(folder):
     panels[0][0].set_ylabel("noise-free, dB (linear), both eyes")
     first = next(iter(results.values()))
     found = {entry["system"] for result in results.values() for entry in result["systems"]}
-    looks.legend(figure, found, first["titles"], ())
+    looks.legend(figure, found, titles_of(results), ())
     looks.title(figure, looks.provenance_line(first) + f", of which here one frame. Uncoded, spheres {first['settings']['sphere_width']} wide. How far the head has gone from where it was told. Lines: 95 % of the noise. "
                 f"Not drawn: above {looks.HIGHEST_DB} dB.")
     looks.save(figure, folder / "moved")
