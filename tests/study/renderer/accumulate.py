@@ -25,7 +25,7 @@ from kept import result_text  # noqa: E402
 from pages import table  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
-SCENES = "sponza-crytek", "kitchen", "voxel-city"
+SCENES = "sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel"
 SIZE, SAMPLES, FRAMES, MEMORY, QUALITY = "480x240", 4, 16, 32, "balanced"
 SMALL, STILL_FRAMES, LAMP_OFF, LAMP_FRAMES = "240x120", 64, 30, 60
 LIVE = {"kitchen": (4.5, (1,)), "voxel-city": (3.4, (8, 2))}
