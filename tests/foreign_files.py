@@ -132,7 +132,7 @@ class Judge:
         without_area = sum(1 + int(more or 0) for more in re.findall(r"a face without an area is left out(?: \(and (\d+) more\))?", warnings))
         size = float(np.linalg.norm(bounds[1] - bounds[0])) or 1.0
         is_as_large = np.abs(np.array(info["bounding_box_m"]) - bounds).max() <= SAME_M * size
-        return bool(info["triangles"] + without_area == triangles and is_as_large)
+        return bool(triangles in (info["triangles"], info["triangles"] + without_area) and is_as_large)
 
     obj = gltf = model
 
