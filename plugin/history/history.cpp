@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace equistream {
 namespace {
@@ -170,22 +171,20 @@ void History::find_changes() {
         });
 }
 
-/// How far a frame is off what was carried to it.
-float History::innovation(const Mean& carried, const Fresh& fresh) const {
-    const float most = static_cast<float>(most_innovation / exposure_);
-    return std::clamp(fresh.level - brightness(carried.colour), -most, most);
-}
-
+/// Also takes down the innovations, for the next frame.
 void History::find_lost_detail(const Planes& planes) {
+    const float most = static_cast<float>(most_innovation / exposure_);
     for_each_row(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
             const Fresh f = fresh(planes, i);
-            const Mean& m = means_[0][i];
-            const float now = innovation(m, f), again = now * m.innovation;
-            const float unseen = least_detail * std::min(f.level, static_cast<float>(most_innovation / exposure_));
+            Mean& m = means_[0][i];
+            const bool is_known = f.count > 0 && m.count > 0;
+            const float now = is_known ? std::clamp(f.level - brightness(m.colour), -most, most) : 0;
+            const float before = std::exchange(m.innovation, now);
+            const float again = now * before, unseen = least_detail * std::min(f.level, most);
             // Not where it stayed in its pixel, nor where the frame before had nothing to be compared with.
-            changes_[i] = f.count > 0 && m.count > 0 && m.innovation != 0 && std::isfinite(m.most)
+            changes_[i] = is_known && before != 0 && std::isfinite(m.most)
                               ? Change{again - unseen * unseen, again * again, now * now, 1}
                               : Change{};
         }
@@ -239,7 +238,6 @@ void History::forget_lost(Mean& carried, float lost, float fresh_count) {
 void History::mix(Mean& carried, const Fresh& fresh) const {
     Mean& m = carried;
     const float n = fresh.count;
-    m.innovation = n > 0 && m.count > 0 ? innovation(m, fresh) : 0;
     if (n <= 0)
         return;
     if (m.count <= 0 || m.recent_count <= 0) {

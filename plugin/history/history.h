@@ -134,7 +134,6 @@ private:
     bool sharpen(Mean& mean, const Sought& sought, glm::ivec2 corner, glm::vec2 past) const;
     Change change(const Mean& carried, const Fresh& fresh) const;
     void find_changes();
-    float innovation(const Mean& carried, const Fresh& fresh) const;
     void find_lost_detail(const Planes& planes);
     void find_shares();
     template <typename Use>

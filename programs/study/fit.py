@@ -142,6 +142,7 @@ def main():
     from fitting.trial import tried_file
     from fitting.work import Asked, FitWork, Measurer
     began = time.time()
+    limit = 1000 * options.kb if options.kb else None
     asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest, options.window)
     with contextlib.redirect_stdout(sys.stderr):
         work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked, Progress("fit", options.progress))
@@ -150,8 +151,8 @@ def main():
         def fit_for(level):
             return Fit(work, asked, options.codec, level, path_frames(options), measure)
 
-        if options.kb:
-            fit, chosen = most_for_bytes(1000 * options.kb, fit_for)
+        if limit:
+            fit, chosen = most_for_bytes(limit, fit_for)
         else:
             fit = fit_for(options.db)
             try:
@@ -159,7 +160,7 @@ def main():
             except Unreachable as short:
                 raise Failed(unreachable_text(short.best, fit)) from None
         fit.begin("trial")
-        chosen = tried_file(fit, chosen, options.db, 1000 * options.kb if options.kb else None)
+        chosen = tried_file(fit, chosen, options.db, limit)
     wanted = f"--kb {options.kb:g}" if options.kb else f"--db {options.db:g}"
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:

@@ -46,10 +46,10 @@ def grown(samples):
     return {"samples": len(samples), "resident_kb": int(kb[1]), "growth_kb": int(kb[1] - kb[0]), "descriptors": int(descriptors[1]), "descriptor_growth": int(descriptors[1] - descriptors[0])}
 
 
-def watched(words, **more):
+def watched(words):
     """What a program takes from its start to its end."""
     began, samples = time.time(), []
-    process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, **more)
+    process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL)
     while process.poll() is None:
         if (sample := looked_at(process)) is not None:
             samples.append(sample)

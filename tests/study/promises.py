@@ -17,12 +17,12 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(REPOSITORY / "programs/study"))
 import found  # noqa: E402
 from kept import result_text  # noqa: E402
+from presets import REAL_SCENES  # noqa: E402
 from steps import provenance, write_whole  # noqa: E402
 
 LEVELS, WANTED = (29, 26, 23, 20, 17, 14), 3
 EYE, FOV = "320x180", 90
 SEED, TRUTH_SEEDS, TRUTH_SAMPLES = 7, (31, 32), 64
-REAL = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 GENERATED = ("pavilion", "motion", "materials", "leaf", "near", "poles", "seam", "wires", "mirror", "glass", "inside", "grazing", "sky")
 
 
@@ -90,7 +90,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)
-    parser.add_argument("--scenes", default=",".join(GENERATED + REAL))
+    parser.add_argument("--scenes", default=",".join(GENERATED + REAL_SCENES))
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/trust/promises.json")
     asked = parser.parse_args()
     report = json.loads(asked.out.read_text()) if asked.out.exists() else {"scenes": {}}

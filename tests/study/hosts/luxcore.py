@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Whether `import` reads what LuxCore writes: a room's sphere by pyluxcore (PyPI), beside the default host's (docs/results/trust/luxcore.json).
 
-    luxcore.py --bin build/release/bin --work FOLDER [--out FILE]      with a Python that has pyluxcore, numpy and OpenEXR
+    luxcore.py --bin build/release/bin --work FOLDER [--out FILE]      with a Python that has pyluxcore and the packages of tests/requirements.txt
 
 LuxCore takes a pixel's depth, normal and albedo where one of its samples went: ours lie in its middle. So depth is held to what the nine pixels around have.
 Shares are of the pixels whose neighbours are of the same side of a box.
@@ -16,7 +16,9 @@ import sys
 import time
 
 import numpy as np
-import OpenEXR
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "programs"))
+from independent import read_frame  # noqa: E402
 
 SIZE, SAMPLES, EYE_M = (512, 256), 64, (0.3, 1.5, 0.2)
 BOXES = [("floor", (0, -0.1, 0), (9, 0.1, 9), (0.5, 0.5, 0.5)), ("ahead", (0, 1.5, -4), (0.5, 0.9, 0.5), (0.8, 0.1, 0.1)),
@@ -82,14 +84,6 @@ def render_by_luxcore(folder):
     return pyluxcore.Version()
 
 
-def planes(file):
-    found = {}
-    with OpenEXR.File(str(file), separate_channels=True) as opened:
-        for part in opened.parts:
-            found |= {name: channel.pixels.astype(np.float64) for name, channel in part.channels.items()}
-    return found
-
-
 def compared(theirs, ours):
     def vector(frame, layer, names):
         return np.stack([frame[f"{layer}{name}"] for name in names], axis=-1)
@@ -133,7 +127,7 @@ def main():
                     "--preset", "luxcore", "--path", work / "head.csv", "--overwrite", "--out", work / "lux"], check=True, stdout=subprocess.DEVNULL)
     subprocess.run([program, "render", scene, "--frames", "0-0", "--size", f"{SIZE[0]}x{SIZE[1]}", "--spp", str(SAMPLES), "--unbiased", "--aovs", "depth,normal,albedo,ids", "--overwrite",
                     "--progress", "none", "--out", work / "ours"], check=True, stdout=subprocess.DEVNULL)
-    found = compared(planes(work / "lux/centre/frame.0000.exr"), planes(work / "ours/centre/frame.0000.exr"))
+    found = compared(read_frame(work / "lux/centre/frame.0000.exr"), read_frame(work / "ours/centre/frame.0000.exr"))
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     asked.out.write_text(json.dumps({"luxcore": version, "size": SIZE, "samples": SAMPLES, **found}, indent=1) + "\n")
     print(json.dumps(found, indent=1))

@@ -23,9 +23,9 @@ sys.path.insert(0, str(REPOSITORY / "programs/study"))
 from denoise import FOV, VIEW, Programs, whole_error  # noqa: E402
 from kept import result_text  # noqa: E402
 from pages import table  # noqa: E402
+from presets import REAL_SCENES  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
-SCENES = "sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel"
 SIZE, SAMPLES, FRAMES, MEMORY, QUALITY = "480x240", 4, 16, 32, "balanced"
 SMALL, STILL_FRAMES, LAMP_OFF, LAMP_FRAMES = "240x120", 64, 30, 60
 LIVE = {"kitchen": (4.5, (1,)), "voxel-city": (3.4, (8, 2))}
@@ -210,7 +210,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", type=pathlib.Path, default=REPOSITORY / "build/release/bin")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("accumulate-work"))
-    parser.add_argument("--scenes", default=",".join(SCENES))
+    parser.add_argument("--scenes", default=",".join(REAL_SCENES))
     parser.add_argument("--live", action="store_true")
     parser.add_argument("--page", action="store_true")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/accumulate.json")
