@@ -161,11 +161,13 @@ void mix_along_border(const WindowBorder& border, const EyeView& eye, std::span<
             for (int x = square.left; x < square.right; ++x) {
                 if (*picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::source) || !has_colour(from_base, x, y))
                     continue;
-                const float share = border.share(border.position(depth_m, x, y));
+                const int share = int(border.share(border.position(depth_m, x, y)) * float(window_mix_steps) + 0.5f);
                 std::uint8_t* colour = picture.rgba.pixel(x, y);
                 const std::uint8_t* other = from_base.rgba.pixel(x, y);
                 for (int c = 0; c < 3; ++c)
-                    colour[c] = std::uint8_t(share * float(colour[c]) + (1 - share) * float(other[c]) + 0.5f);
+                    colour[c] = std::uint8_t(
+                        (share * colour[c] + (window_mix_steps - share) * other[c] + window_mix_steps / 2) /
+                        window_mix_steps);
             }
 }
 

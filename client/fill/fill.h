@@ -45,6 +45,8 @@ struct PatchAtlas;
 
 /// Two spheres of 8 bits that differ by more show other light: what coding and noise make of the same is less.
 inline constexpr float changed_light = 24;
+/// A window and the sphere around it are mixed by so many steps along the border.
+inline constexpr int window_mix_steps = 256;
 
 /// One picture that holds all patches of a frame (patches.h).
 struct PatchesView {

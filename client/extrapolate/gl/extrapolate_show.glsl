@@ -16,6 +16,7 @@ layout(binding = 5, r32f) uniform writeonly image2D extrapolated_virtual_depth;
 
 #include "extrapolate_regions.glsl"
 #include "extrapolate_tiles.glsl"
+#include "in_levels.glsl"
 
 uniform int has_mask;  // what is specular; the textures above and below are there
 
@@ -79,7 +80,7 @@ void main() {
         imageStore(candidates, at, uvec4(NO_CANDIDATE));
         show(at, candidate, shown);
     }
-    imageStore(extrapolated_colour, at, vec4(shown.colour, 1.0));
+    imageStore(extrapolated_colour, at, vec4(in_levels(shown.colour), 1.0));
     imageStore(extrapolated_depth, at, vec4(shown.depth_m));
     imageStore(extrapolated_map, at, uvec4(shown.region));
     if (has_mask == 0)

@@ -27,7 +27,7 @@ void main() {
     vec2 position = vec2(pixel) + 0.5;
     float before_m = region_depth(region, texelFetch(source_depth, pixel, 0).x);
     vec3 centre, aside;
-    if (!(before_m > 0.0) || !after(region, position, before_m, centre))
+    if (isnan(before_m) || before_m <= 0.0 || !after(region, position, before_m, centre))
         return;
     vec2 reach = vec2(0.5);
     for (int axis = 0; axis < 2; ++axis)

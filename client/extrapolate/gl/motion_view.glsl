@@ -17,7 +17,7 @@ uniform float inverse_depth_scale;
 /// Where a pixel's surface is, and whose it is, if it is one that moves.
 bool find_moving(ivec3 at, EyeRays eye, out vec3 point, out uint region) {
     float z = has_depth != 0 ? inverse_depth_scale * texelFetch(eye_depth, at, 0).x : 0.0;
-    if (has_depth != 0 && !(z > 0.0))
+    if (has_depth != 0 && (isnan(z) || z <= 0.0))
         return false;
     vec3 d = ray_of(eye, at.xy) + z * eye.eye.xyz;
     vec2 position = position_of(d);

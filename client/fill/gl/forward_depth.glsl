@@ -126,7 +126,7 @@ void main() {
     sphere_of_patches = patch_spheres[eye_number];
 #endif
     float sample_m = depth_around(s);
-    if (!(sample_m > 0.0))
+    if (isnan(sample_m) || sample_m <= 0.0)
         return;
     sample_m = min(sample_m, FAR_DISTANCE_M);
     Seen own = seen_at(s, sample_m);

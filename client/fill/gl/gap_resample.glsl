@@ -17,6 +17,7 @@ layout(binding = 9) uniform sampler2DArray light_now;
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
 #include "gap_surface.glsl"
+#include "in_levels.glsl"
 
 uniform int mark;          // origin of what is filled
 uniform int by_direction;  // 1: whatever the distance
@@ -68,6 +69,6 @@ void main() {
     for (int k = 0; k < 4; ++k)
         if (weights[k] != 0.0)
             colour += weights[k] * texelFetch(source_colour, taps.places[k], 0).rgb;
-    imageStore(eye_colour, at, vec4(colour / dot(weights, vec4(1.0)), 1.0));
+    imageStore(eye_colour, at, vec4(in_levels(colour / dot(weights, vec4(1.0))), 1.0));
     imageStore(filled_origin, at, uvec4(mark));
 }

@@ -55,8 +55,7 @@ bool enough(vec4 weights) {
 /// Weights of the four samples around what the pixel sees; none where there are too few.
 vec4 weights_of_surface(ivec3 at, EyeRays eye, out Taps taps) {
     float z = inverse_planar(at);
-    // Also where it is not known.
-    if (!(z >= 0.0))
+    if (isnan(z) || z < 0.0)
         return NONE;
     vec3 d = ray_of(eye, at.xy) + z * eye.eye.xyz;
     vec2 position = position_of(d);

@@ -8,6 +8,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray filled_origin;  // the
 #include "push_pull_levels.glsl"
 #include "push_pull_push.glsl"
 #include "push_pull_depth.glsl"
+#include "in_levels.glsl"
 
 void main() {
     ivec3 cell;
@@ -27,7 +28,7 @@ void main() {
             layers[k] = around[8 + 2 * (beside.x * (k >> 1 & 1) + 3 * beside.y * (k >> 2)) + (k & 1)];
         vec3 colour = pushed(layers, w_at(at), tolerance);
         if (is_gap && colour.r >= 0.0) {
-            imageStore(eye_colour, at, vec4(colour, 1.0));
+            imageStore(eye_colour, at, vec4(in_levels(colour), 1.0));
             imageStore(filled_origin, at, uvec4(ORIGIN_PUSH_PULL));
         }
     }

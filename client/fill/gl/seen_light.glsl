@@ -11,6 +11,7 @@ layout(binding = 0, rgba8) uniform writeonly image2DArray eye_colour;
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
 #include "gap_taps.glsl"
+#include "in_levels.glsl"
 
 vec3 colour_at(vec2 position) {
     Taps taps;
@@ -28,7 +29,7 @@ void main() {
         return;
     EyeRays eye = eyes[at.z];
     float z = inverse_planar(at);
-    if (!(z >= 0.0))
+    if (isnan(z) || z < 0.0)
         return;
     vec2 middle = position_of(ray_of(eye, at.xy) + z * eye.eye.xyz);
     vec3 sum = vec3(0.0);
@@ -36,5 +37,5 @@ void main() {
         vec2 around = middle + vec2(k & 1, k >> 1) * 2.0 - 1.0;
         sum += colour_at(vec2(around.x, clamp(around.y, 0.0, float(source_size.y))));
     }
-    imageStore(eye_colour, at, vec4(0.25 * sum, 1.0));
+    imageStore(eye_colour, at, vec4(in_levels(0.25 * sum), 1.0));
 }

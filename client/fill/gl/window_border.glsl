@@ -73,6 +73,13 @@ uniform int fills_gaps;          // 1: gaps; 0: what the window coloured, and no
 uniform int finds_depth;         // 1: with a gap's colour its depth is taken over
 uniform int knows_mirrors;       // 1: the window has a mask of them
 
+/// In whole steps: halves are rounded alike by the CPU and every driver.
+vec3 mixed(vec3 base, vec3 window, float share) {
+    int steps = int(share * float(MIX_STEPS) + 0.5);
+    ivec3 sum = steps * ivec3(round(255.0 * window)) + (MIX_STEPS - steps) * ivec3(round(255.0 * base));
+    return vec3((sum + MIX_STEPS / 2) / MIX_STEPS) / 255.0;
+}
+
 void main() {
     ivec3 at;
     if (!listed_cell(1, TILE_SHIFT, at) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)) ||
@@ -85,7 +92,7 @@ void main() {
         float z = known(inverse_depth_scale, texelFetch(eye_depth, at, 0).x);
         float share = share_of_window(position_in_window(at, z));
         if (share < 1.0)
-            imageStore(eye_colour, at, vec4(mix(base, imageLoad(eye_colour, at).rgb, share), 1.0));
+            imageStore(eye_colour, at, vec4(mixed(base, imageLoad(eye_colour, at).rgb, share), 1.0));
         return;
     }
     float z = texelFetch(base_depth, at, 0).x;

@@ -13,6 +13,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray reworked_origin;  // t
 #include "eye_surface.glsl"
 #include "depth_clearance.glsl"
 #include "mirror_planes.glsl"
+#include "in_levels.glsl"
 
 uniform int looks_for_images;  // 0: what is not known to be within the budget is a gap
 
@@ -39,7 +40,7 @@ bool follow(vec3 eye, vec3 ray, float distance_m, out vec2 at) {
         vec3 point = eye + ray * distance_m;
         vec3 from_eye = point * (image_towards(point) / length(point)) - eye;
         distance_m = dot(from_eye, ray);
-        if (!(distance_m > 0.0))
+        if (isnan(distance_m) || distance_m <= 0.0)
             return false;
         vec3 beside = from_eye - ray * distance_m;
         float off = tolerance * distance_m;
@@ -111,7 +112,7 @@ void main() {
     box_radius_m = eye.agreement.x;
     tolerance = eye.agreement.y;
     float z = inverse_planar(at);
-    if (eye.view.w == 0.0 || !(z >= 0.0))
+    if (eye.view.w == 0.0 || isnan(z) || z < 0.0)
         return;
     vec3 along = ray_of(eye, at.xy), ray = normalize(along);
     float surface_m = z > 0.0 ? min(length(along) / z, FAR_DISTANCE_M) : FAR_DISTANCE_M;
@@ -127,7 +128,7 @@ void main() {
     vec2 found;
     if (looks_for_images != 0 && !isnan(image_m)) {
         if (first_image(eye.eye.xyz, ray, surface_m, found)) {
-            imageStore(eye_colour, at, vec4(colour_at(found), 1.0));
+            imageStore(eye_colour, at, vec4(in_levels(colour_at(found)), 1.0));
             return;
         }
         if (is_displaced_by_little(eye.eye.xyz, ray, towards, image_m))

@@ -32,7 +32,7 @@ vec3 to_display(vec3 linear) {
 
 /// Near is warm, far is cold; 1 / m on a scale that tells rooms and streets apart.
 vec3 depth_colour(float inverse_m) {
-    if (!(inverse_m > 0.0))
+    if (isnan(inverse_m) || inverse_m <= 0.0)
         return vec3(0.05, 0.05, 0.1);
     float near = clamp(1.0 / (1.0 + 0.25 / inverse_m), 0.0, 1.0);
     return mix(mix(vec3(0.1, 0.2, 0.6), vec3(0.1, 0.8, 0.5), clamp(2.0 * near, 0.0, 1.0)), vec3(1.0, 0.75, 0.1),

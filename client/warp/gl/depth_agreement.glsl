@@ -17,7 +17,7 @@ bool is_hidden(vec2 at, float distance_m) {
     float k[16];
     for (int i = 0; i < 16; ++i) {
         float sample_m = depth_around(corner + ivec2(i % 4, i / 4) - 1);
-        if (!(sample_m > 0.0))
+        if (isnan(sample_m) || sample_m <= 0.0)
             return false;
         k[i] = 1.0 / clearance_of(sample_m);
     }

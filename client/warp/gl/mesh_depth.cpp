@@ -24,12 +24,12 @@ namespace {
 
 /// As mesh_lists.glsl has them.
 struct Refresh {
-    GLuint draws = 0;
-    std::array<GLuint, 2> listed{};
-    std::array<std::array<GLuint, 3>, 2> groups{{{0, 1, 1}, {0, 1, 1}}};
+    GLuint draws;
+    std::array<GLuint, 2> listed;
+    std::array<std::array<GLuint, 3>, 2> groups;
 };
 struct Counts {
-    GLuint points = 0, indices = 0;
+    GLuint points, indices;
     Refresh refresh;
 };
 struct Block {
@@ -65,11 +65,11 @@ GLuint with_reserve(GLuint needed, std::size_t bytes) {
 MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
     : EyeDepthFinder(options,
                      {.only_seen = !plain, .error_budget_px = options.budget_px_of(plain ? "mesh-plain" : "mesh")}),
-      plain_(plain), wanted_("mesh_wanted.glsl"),
+      plain_(plain), begin_("mesh_begin.glsl"), wanted_("mesh_wanted.glsl"),
       cells_("mesh_cells.glsl", plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
       points_pass_("mesh_points.glsl"), draws_pass_("mesh_draws.glsl"),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
-      vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
+      vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), 0)) {
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
     needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
@@ -143,10 +143,8 @@ void MeshDepth::size_for_eyes(Size size, int eyes) {
 void MeshDepth::forget_blocks() {
     const GLuint nothing = 0;
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    for (const Buffer* const buffer : {&counts_, &blocks_})
-        glClearNamedBufferData(buffer->name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &nothing);
-    // Without it an H100 (driver 580.159) draws nothing of what the next build makes, whatever barriers lie between.
-    glFlush();
+    glClearNamedBufferData(blocks_.name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &nothing);
+    knows_blocks_ = false;
     glDeleteSync(counted_);
     counted_ = nullptr;
 }
@@ -163,16 +161,17 @@ void MeshDepth::build() {
     if (!knows_source_)
         source_blocks_.find();
     knows_source_ = true;
-    const Refresh none;
-    // The last were written by shaders.
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glNamedBufferSubData(counts_.name(), offsetof(Counts, refresh), sizeof none, &none);
     for (const Program* const program : {&wanted_, &cells_, &points_pass_, &draws_pass_})
         source_blocks_.bind(*program, 1);
     const std::array buffers = {blocks_.name(), lists_.name(), corners_.name(), points_.name(), indices_.name()};
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, counts_.name());
     glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 2, GLsizei(buffers.size()), buffers.data());
     glBindImageTexture(0, cell_map_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
+    begin_.set("all_is_forgotten", knows_blocks_ ? 0 : 1);
+    begin_.use();
+    glDispatchCompute(1, 1, 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    knows_blocks_ = true;
     wanted_.set("eye_size", glm::vec2(size_.width, size_.height));
     run_over_blocks(wanted_);
     const glm::vec2 joins(within_.box_radius_m, std::sin(within_.tolerance_rad));
@@ -184,7 +183,7 @@ void MeshDepth::build() {
     constexpr std::size_t groups = offsetof(Counts, refresh) + offsetof(Refresh, groups);
     cells_.dispatch_indirect(counts_.name(), groups);
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
-    points_pass_.dispatch_indirect(counts_.name(), groups + sizeof none.groups[0]);
+    points_pass_.dispatch_indirect(counts_.name(), groups + sizeof Refresh::groups[0]);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_ELEMENT_ARRAY_BARRIER_BIT |
                     GL_BUFFER_UPDATE_BARRIER_BIT);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, draws_.name());

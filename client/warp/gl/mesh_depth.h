@@ -42,11 +42,12 @@ private:
     void draw();
 
     bool plain_;
-    Program wanted_, cells_, points_pass_, draws_pass_, draw_;
+    Program begin_, wanted_, cells_, points_pass_, draws_pass_, draw_;
     VertexArray vertices_;
     SourceBlocks source_blocks_;
     bool is_sized_ = false;                         ///< all that hangs on the camera is there
     bool knows_source_ = false, has_room_ = false;  ///< its blocks; what sources of its size need
+    bool knows_blocks_ = false;                     ///< `blocks_` and `counts_` say what was built
     Within within_;
     Room room_;
     Texture cell_map_, depth_buffer_;

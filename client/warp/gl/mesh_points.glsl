@@ -163,7 +163,7 @@ void add_cut(ivec2 p, uint with_next, uint first_further) {
                   joined_next ? 0.5 * (k[i] + k[next]) : max(k[i] + on, 0.0));
         if (!joined_last)
             put_point(first_further + uint(8 + i), 0.5 * (q[i] + q[last]), max(k[i] + back, 0.0));
-        if (!(k[i] >= 0.0))
+        if (isnan(k[i]))
             continue;
         uint corner = corner_number(p + CORNERS[i]), centre = first_further + uint(part[i]);
         add_triangle(p, corner, first_further + uint(4 + i), centre);

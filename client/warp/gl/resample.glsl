@@ -10,6 +10,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray eye_origin;
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
+#include "in_levels.glsl"
 #include "pixel_list.glsl"
 
 /// Of samples up to two beyond the edges.
@@ -74,7 +75,7 @@ void main() {
             colour.rgb += weight * texelFetch(source_colour, tap, 0).rgb;
         }
         seen = sum > MIN_WEIGHT && (all_agree || !is_hidden(from_first, distance_m));
-        colour = seen ? vec4(colour.rgb / sum, 1.0) : vec4(0.0);
+        colour = seen ? vec4(in_levels(colour.rgb / sum), 1.0) : vec4(0.0);
     }
     imageStore(eye_colour, at, colour);
     imageStore(eye_origin, at, uvec4(seen ? ORIGIN_SOURCE : ORIGIN_GAP));

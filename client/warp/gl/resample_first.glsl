@@ -65,7 +65,7 @@ void main() {
     vec2 slope = vec2(dFdxFine(z), dFdyFine(z));
     if (moved) {
         seen = !isnan(z);
-        simple = !ONLY_SEEN || !(z > 0.0) || shows_front(eye, at.xy, z, slope);
+        simple = !ONLY_SEEN || z <= 0.0 || shows_front(eye, at.xy, z, slope);
         from_source += max(z, 0.0) * eye.eye.xyz;  // times the point's planar depth
         distance_m = z > 0.0 ? length(from_source) / z : FAR_DISTANCE_M;
     }

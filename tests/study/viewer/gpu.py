@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Keeps what a machine with a GPU measured: docs/results/viewer/gpu.json, and its tables in viewer.md, denoise.md and mitsuba.md.
 
-    gpu.py --machine WORDS NAME=FILE...
+    gpu.py --machine WORDS --commit WORDS NAME=FILE...
 
 Each FILE is what `./bench FIGURES --benchmark_out=FILE --benchmark_out_format=json` wrote, whose medians are kept, the JSON of an `equistream render`, or what a
-test program printed. Without files only the tables are made again.
+test program printed; an entry of the same NAME is replaced. Without files only the tables are made again.
 """
 
 import argparse
@@ -23,7 +23,7 @@ RESULT = REPOSITORY / "docs/results/viewer/gpu.json"
 RESULTS = REPOSITORY / "docs/results"
 RENDERS = {"sponza_cuda": "Mitsuba, cuda_ad_rgb", "sponza_cuda_64": "Mitsuba, cuda_ad_rgb", "sponza_cuda_window": "Mitsuba, cuda_ad_rgb, a window of 120x90 degrees at 1920 columns around",
            "sponza_embree": "Embree", "sponza_small_cuda": "Mitsuba, cuda_ad_rgb", "sponza_small_scalar": "Mitsuba, scalar_rgb",
-           "pavilion_cuda": "Mitsuba, cuda_ad_rgb", "pavilion_llvm": "Mitsuba, llvm_ad_rgb"}
+           "pavilion_cuda": "Mitsuba, cuda_ad_rgb"}
 WAYS = {"ours": "the stream's own depth (mesh)", "geometry": "depth of the scene's geometry", "window": "window of 1,920x1,440 and base, mesh", "rotation": "rotation alone",
         "new_frame": "mesh, a new frame each time, copied", "new_frame_mapped": "the same, mapped", "gpu_copy": "a copy of both eyes' pixels"}
 OF_RENDERS = ("command", "mitsuba_s", "render_s", "load_s", "paths_per_s", "shapes", "threads", "variant", "machine")
@@ -102,7 +102,8 @@ def render_rows(result):
         of = {option: words[words.index(option) + 1] for option in ("--size", "--spp", "--frames")}
         first, _, last = of["--frames"].partition("-")
         frames = int(last or first) - int(first) + 1  # a window and its base are one
-        yield [pathlib.Path(words[2]).stem, host, of["--size"], of["--spp"], str(run["machine"]["threads"]), cell(run["render_s"] / frames, 1), cell(run["paths_per_s"] / 1e6, 3)]
+        scene = next(word for word in words if word.endswith(".json"))
+        yield [pathlib.Path(scene).stem, host, of["--size"], of["--spp"], str(run["machine"]["threads"]), cell(run["render_s"] / frames, 1), cell(run["paths_per_s"] / 1e6, 3)]
 
 
 def main():
@@ -113,10 +114,13 @@ def main():
     parser.add_argument("--results", type=pathlib.Path, default=RESULTS, help="folder of the pages whose tables are made")
     options = parser.parse_args()
     if options.files:
-        if not options.machine:
-            parser.error("--machine: expected words, found nothing")
-        of = dict(word.split("=", 1) for word in options.files)
-        write_whole(RESULT, result_text({"machine": options.machine, "commit": options.commit, **{name: taken(name, pathlib.Path(file)) for name, file in of.items()}}))
+        if not (options.machine and options.commit):
+            parser.error("--machine, --commit: expected words for both, found nothing")
+        kept = json.loads(RESULT.read_text())
+        for name, file in (word.split("=", 1) for word in options.files):
+            kept[name] = taken(name, pathlib.Path(file))
+            kept["measured"][name] = {"machine": options.machine, "commit": options.commit}
+        write_whole(RESULT, result_text(kept))
     result = json.loads(RESULT.read_text())
     tables = {
         "viewer.md": {"gpu-refresh": table(["scene", "what is drawn", "all, ms", "upload", "depth", "reproject", "fill"], list(refresh_rows(result["opengl"]))),
@@ -129,7 +133,7 @@ def main():
         for marker, text in of_page.items():
             page = place(page, marker, "all", text)
         write_whole(options.results / name, page)
-    print(f"{options.results}: {len(result) - 2} measurements")
+    print(f"{options.results}: {len(result) - 1} measurements")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@
 #include <client/reflections/specular.h>
 #include <client/warp/engine.h>
 #include <tests/unit/client/fill_scene.h>
+#include <tests/unit/evidence.h>
 #include <tests/unit/scenes/generate/scratch_folder.h>
 
 #include <array>
@@ -316,9 +317,17 @@ struct Limits {
 /// its other side, as they do, is spread over that, and all of it is as far from what was seen as that pixel is.
 inline constexpr Limits large_fills{.min_db = 45, .other_reliabilities = 0.03};
 
+/// Origins far enough apart to be told by eye.
+inline ByteImage spread_out(ByteImage origins) {
+    constexpr int step = 255 / (pixel_origin_count - 1);
+    for (std::uint8_t& origin : origins.samples())
+        origin = std::uint8_t(step * origin);
+    return origins;
+}
+
 /// Of a refresh's two pictures.
 inline void expect_same(const EyePicture& found, const EyePicture& expected, const Limits& limits) {
-    EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.min_db);
+    EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.min_db) << evidence(found.rgb().view(), expected.rgb().view());
     EXPECT_EQ(found.count(PixelOrigin::gap), 0);
     const double pixels = double(found.origin.samples().size());
     int other_origins = 0, other_reliabilities = 0;
@@ -326,8 +335,10 @@ inline void expect_same(const EyePicture& found, const EyePicture& expected, con
         other_origins += found.origin.samples()[p] != expected.origin.samples()[p];
         other_reliabilities += std::abs(found.reliability.samples()[p] - expected.reliability.samples()[p]) > 2;
     }
-    EXPECT_LT(other_origins, limits.other_origins * pixels);
-    EXPECT_LT(other_reliabilities, limits.other_reliabilities * pixels);
+    EXPECT_LT(other_origins, limits.other_origins * pixels)
+        << evidence(spread_out(found.origin).view(), spread_out(expected.origin).view());
+    EXPECT_LT(other_reliabilities, limits.other_reliabilities * pixels)
+        << evidence(found.reliability.view(), expected.reliability.view());
 }
 
 }  // namespace equistream::test

@@ -1,0 +1,21 @@
+// Nothing is listed or drawn yet, and of a mesh that is forgotten nothing is counted.
+//
+// Nothing but shaders writes this buffer. After glClearNamedBufferData of it NVIDIA's driver (580.159) dispatched by
+// those zeros, though a shader had written other numbers since, barriers or not.
+layout(local_size_x = 1) in;
+
+#include "source_grid.glsl"
+#include "mesh_lists.glsl"
+
+uniform int all_is_forgotten;
+
+void main() {
+    if (all_is_forgotten != 0)
+        point_count = index_count = 0u;
+    draw_count = 0u;
+    for (int list = 0; list < 2; ++list) {
+        listed[list] = 0u;
+        groups[3 * list] = 0u;
+        groups[3 * list + 1] = groups[3 * list + 2] = 1u;
+    }
+}
