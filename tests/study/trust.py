@@ -75,10 +75,15 @@ def luxcore(report):
     return table(["a sphere by LuxCore " + report["luxcore"], f"of {report['pixels']:,} pixels"], rows, 1)
 
 
+def light(report):
+    ways = list(next(iter(report["scenes"].values())))
+    return table(["scene", *ways], [[name, *(f"{scene[way]:.2f}" for way in ways)] for name, scene in report["scenes"].items()], 1)
+
+
 def main():
     file_of_page = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
     page = file_of_page.read_text()
-    for tabled in (fuzz, foreign, luxcore, kills, promises, mutations):
+    for tabled in (fuzz, foreign, luxcore, kills, light, promises, mutations):
         file = file_of_page.with_suffix("") / f"{tabled.__name__}.json"
         if file.exists():
             page = place(page, tabled.__name__, "all", tabled(json.loads(file.read_text())))
