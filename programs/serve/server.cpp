@@ -29,15 +29,6 @@ asio::ip::address unmapped(const asio::ip::address& address) {
     return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
 }
 
-/// Of IPv6 the network: one machine may have all of its addresses.
-asio::ip::address counted(const asio::ip::address& address) {
-    if (!address.is_v6())
-        return address;
-    auto bytes = address.to_v6().to_bytes();
-    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-    return asio::ip::address_v6(bytes);
-}
-
 std::string left_out_text(std::int64_t lines) {
     return std::to_string(lines) + " lines of viewers were left out";
 }
@@ -55,6 +46,15 @@ void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json
 }
 
 }  // namespace
+
+asio::ip::address counted_address(const asio::ip::address& peer) {
+    const asio::ip::address address = unmapped(peer);
+    if (!address.is_v6())
+        return address;
+    auto bytes = address.to_v6().to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
+    return asio::ip::address_v6(bytes);
+}
 
 Server::Server(asio::ip::tcp::acceptor acceptor, Programme& programme, const ServerSettings& settings)
     : acceptor_(std::move(acceptor)), retry_(acceptor_.get_executor()), programme_(programme), settings_(settings) {}
@@ -85,8 +85,9 @@ std::string Server::refusal(const asio::ip::address& peer) const {
     if (!settings_.per_address && peer.is_loopback())
         return {};
     const int most = settings_.per_address.value_or(default_per_address);
+    const asio::ip::address from = counted_address(peer);
     const auto same =
-        std::ranges::count_if(viewers_, [&](const auto& numbered) { return numbered.second.from == counted(peer); });
+        std::ranges::count_if(viewers_, [&](const auto& numbered) { return numbered.second.from == from; });
     return same < most ? std::string() : std::to_string(same) + " from there are here already (--per-address)";
 }
 
@@ -112,7 +113,7 @@ void Server::welcome(asio::ip::tcp::socket socket) {
     }
     const int number = ++figures_.viewers;
     const auto viewer = std::make_shared<Viewer>(std::move(socket), std::move(feed), settings_.patience_s);
-    viewers_.emplace(number, Guest{viewer, counted(peer)});
+    viewers_.emplace(number, Guest{viewer, counted_address(peer)});
     tell({"came", number, address, 0, ""});
     viewer->start([this, number, address](const std::string& how, const std::string& detail) {
         count_out(number, address, how, detail);

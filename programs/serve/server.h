@@ -48,11 +48,15 @@ private:
 
 struct ServerSettings {
     int max_viewers = 8;
-    /// Of them from one address, of IPv6 from one network of 64 bits; nothing: 4, and any number from this machine.
+    /// Of them from one address (counted_address); nothing: 4, and any number from this machine.
     std::optional<int> per_address{};
     double patience_s = 10;  ///< with one that does not read, or not fast enough
     cli::ProgressStyle log = cli::ProgressStyle::automatic;
 };
+
+/// What a limit by address counts: IPv4's address, also where it comes within IPv6's; of IPv6 the network of 64 bits,
+/// all of whose addresses one machine may have.
+asio::ip::address counted_address(const asio::ip::address& peer);
 
 struct ServerFigures {
     int viewers = 0;

@@ -1,7 +1,7 @@
 // Nothing is listed or drawn yet, and of a mesh that is forgotten nothing is counted.
 //
-// Nothing but shaders writes this buffer. After glClearNamedBufferData of it NVIDIA's driver (580.159) dispatched by
-// those zeros, though a shader had written other numbers since, barriers or not.
+// Nothing but shaders writes this buffer. After glClearNamedBufferData of it nothing listed was built on an NVIDIA
+// driver (580.159), as if it dispatched by those zeros still, barriers or not.
 layout(local_size_x = 1) in;
 
 #include "source_grid.glsl"

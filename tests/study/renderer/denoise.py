@@ -40,7 +40,7 @@ class Programs:
         ended = subprocess.run([self.folder / "equistream", command, *map(str, words), *([] if command == "info" else ["--progress", "none"])], capture_output=True, text=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if ended.returncode != 0:
-            sys.exit(f"denoise.py: {ended.stderr.strip()}")
+            sys.exit(f"{pathlib.Path(sys.argv[0]).name}: {ended.stderr.strip()}")
         return ended.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 

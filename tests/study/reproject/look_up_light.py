@@ -5,17 +5,19 @@
 
 A sphere of 1,920 columns of each real scene at its path's first frame, as rendered, denoised, and coded after that. The client looks up its path's view from the
 sphere's place: once as it does, between display values, and once between linear ones. There it is given each sample's linear value as two bytes, one picture
-each. The share says by how much the first view's mean linear light is below the second's.
+each. The share says by how much the first view's mean linear light is below the second's. What mixing light would cost, `budgets.py --look-ups` says.
 """
 
 import argparse
 import pathlib
 import sys
 
+import equistream as es
 import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(REPOSITORY / "programs/study"), str(REPOSITORY / "tests/study/renderer")]
+from budgets import to_linear  # noqa: E402
 from denoise import Programs, rendered  # noqa: E402
 from kept import result_text  # noqa: E402
 from presets import REAL_SCENES  # noqa: E402
@@ -26,13 +28,10 @@ RENDERED = {"as rendered": (), "denoised": ("--denoise", QUALITY)}
 
 
 def linear_of(display):
-    """sRGB (IEC 61966-2-1), of bytes."""
-    value = display.astype(float) / 255
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    return to_linear(display.astype(float) / 255)
 
 
 def darker_percent(source):
-    import equistream as es
     frame = next(iter(es.open_feed(str(source))))
     camera = es.PerspectiveCamera(*VIEW, np.radians(90))
 
@@ -47,13 +46,11 @@ def darker_percent(source):
 
 
 def measured(programs, scene, work):
-    found = {}
-    for name, denoise in RENDERED.items():
-        folder = rendered(programs, work / name.replace(" ", "-"), scene, "--size", SPHERE, "--spp", SAMPLES, "--seed", SEED, "--aovs", "none", *denoise)
-        found[name] = darker_percent(folder)
-    stream = work / "coded.mp4"
-    programs.run("encode", folder, "--crf", CRF, "--out", stream)
-    return {**found, f"denoised, CRF {CRF}": darker_percent(stream)}
+    sources = {name: rendered(programs, work / name.replace(" ", "-"), scene, "--size", SPHERE, "--spp", SAMPLES, "--seed", SEED, "--aovs", "none", *denoise)
+               for name, denoise in RENDERED.items()}
+    coded = sources[f"denoised, CRF {CRF}"] = work / "coded.mp4"
+    programs.run("encode", sources["denoised"], "--crf", CRF, "--out", coded)
+    return {name: darker_percent(source) for name, source in sources.items()}
 
 
 def main():

@@ -6,17 +6,6 @@
 namespace equistream::test {
 namespace {
 
-/// Whether [::1] is an address of this machine.
-bool has_ipv6() {
-    sockaddr_in6 address{};
-    address.sin6_family = AF_INET6;
-    address.sin6_addr = in6addr_loopback;
-    const int one = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    const bool has = bind(one, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    close(one);
-    return has;
-}
-
 TEST_F(Serving, OneAddressHasNoMoreThanItsShare) {
     record_large("a.mkv");
     Server server(arguments("a.mkv", {"--per-address", "2"}), place());
@@ -31,20 +20,6 @@ TEST_F(Serving, OneAddressHasNoMoreThanItsShare) {
     EXPECT_TRUE(comes_true([&] { return server.lines_with(" left") == 1; })) << server.log();
     Viewer fourth(port);
     EXPECT_EQ(fourth.read(10).size(), 10u);
-}
-
-TEST_F(Serving, ByIpv6OneAddressHasNoMoreThanItsShareEither) {
-    if (!has_ipv6())
-        GTEST_SKIP() << "this machine has no [::1]";
-    record_large("a.mkv");
-    Server server({path("a.mkv"), "--listen", "tcp://[::1]:0", "--per-address", "2"}, place());
-    const std::uint16_t port = server.port();
-    Viewer first(port, {}, AF_INET6), second(port, {}, AF_INET6);
-    EXPECT_EQ(first.read(10).size(), 10u);
-    EXPECT_EQ(second.read(10).size(), 10u);
-    Viewer third(port, {}, AF_INET6);
-    EXPECT_TRUE(third.read().empty());
-    EXPECT_EQ(server.lines_with("refused: 2 from there are here already (--per-address)"), 1) << server.log();
 }
 
 TEST_F(Serving, FromThisMachineAnyNumberMayCome) {

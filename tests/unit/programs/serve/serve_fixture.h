@@ -80,7 +80,7 @@ public:
         const std::string before = "listening on ";
         EXPECT_TRUE(comes_true([&] { return output().find('\n') != std::string::npos; })) << log();
         const std::string line = output().substr(0, output().find('\n'));
-        EXPECT_TRUE(line.starts_with(before + "tcp://127.0.0.1:") || line.starts_with(before + "tcp://[::1]:")) << line;
+        EXPECT_TRUE(line.starts_with(before + "tcp://127.0.0.1:")) << line;
         return line.substr(std::min(line.size(), before.size()));
     }
     std::uint16_t port() const {
@@ -114,9 +114,8 @@ struct Arrival {
 
 class Viewer {
 public:
-    explicit Viewer(std::uint16_t port, std::optional<int> receive_buffer_bytes = {}, int family = AF_INET)
-        : start_(Clock::now()) {
-        socket_ = socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    explicit Viewer(std::uint16_t port, std::optional<int> receive_buffer_bytes = {}) : start_(Clock::now()) {
+        socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
         if (receive_buffer_bytes)
             setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &*receive_buffer_bytes, sizeof *receive_buffer_bytes);
         const timeval patience{long(give_up_s), 0};
@@ -125,13 +124,7 @@ public:
         address.sin_family = AF_INET;
         address.sin_port = htons(port);
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        sockaddr_in6 address6{};
-        address6.sin6_family = AF_INET6;
-        address6.sin6_port = htons(port);
-        address6.sin6_addr = in6addr_loopback;
-        EXPECT_EQ(family == AF_INET ? connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address)
-                                    : connect(socket_, reinterpret_cast<const sockaddr*>(&address6), sizeof address6),
-                  0);
+        EXPECT_EQ(connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     }
     ~Viewer() { leave(); }
     Viewer(const Viewer&) = delete;
