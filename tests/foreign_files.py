@@ -20,6 +20,10 @@ import tempfile
 
 import numpy as np
 
+REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(REPOSITORY / "programs/study"))
+from steps import provenance, write_whole  # noqa: E402
+
 SECONDS, BYTES = 60, 4 << 30
 TARGETS = {"exr": "foreign_exr", "obj": "obj", "gltf": "model"}
 SAME_M, SAME_HALF = 1e-4, 1e-3
@@ -166,9 +170,8 @@ def main():
                                  "why": why.replace(str(path.parent), "").replace(room, "")[-200:]})
                     if said != "refused":
                         print(f"{told[-1]}", flush=True)
-    report = {"kinds": {name: dict(row) for name, row in counts.items()}, "told": told}
-    asked.report.parent.mkdir(parents=True, exist_ok=True)
-    asked.report.write_text(json.dumps(report, indent=1) + "\n")
+    report = {**provenance(asked.bin, REPOSITORY), "kinds": {name: dict(row) for name, row in counts.items()}, "told": told}
+    write_whole(asked.report, json.dumps(report, indent=1) + "\n")
     for name, row in counts.items():
         print(name, dict(row))
     return any(row["fault"] or row["other"] for row in counts.values())

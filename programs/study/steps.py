@@ -6,6 +6,7 @@ takes and ran beside others.
 
 import concurrent.futures
 import contextlib
+import ctypes
 import hashlib
 import importlib.util
 import json
@@ -93,6 +94,14 @@ def digest(folder, pattern="equistream*"):
     return sums.hexdigest()
 
 
+PRCTL, PR_SET_PDEATHSIG = ctypes.CDLL(None).prctl, 1
+
+
+def end_with_parent():
+    """In a program that is started: it is told to end when what started it is killed. The next run would find its folder in use."""
+    PRCTL(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
 class Steps:
     """Runs `equistream` in a work folder; commands name files relative to it, so records do not depend on the machine."""
 
@@ -178,7 +187,7 @@ class Steps:
             raise Failed("stopped")
         # A step's views are its own: those of other settings, or of an earlier preset, make way.
         own = ["--overwrite"] if words[0] == "play" else []
-        process = subprocess.Popen([self.program, *words, *own], cwd=self.work, stdout=out, stderr=log)
+        process = subprocess.Popen([self.program, *words, *own], cwd=self.work, stdout=out, stderr=log, preexec_fn=end_with_parent)
         self.running.add(process.pid)
         try:
             if self.stopped:

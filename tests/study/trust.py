@@ -61,6 +61,12 @@ def mutations(report):
     return table(["folder", "found", "survived", "cannot matter", "share found"], rows, 1)
 
 
+def memory(report):
+    rows = [[f"`{name}`", f"{each['seconds']:,.0f}", f"{each['samples']:,}", f"{each['resident_kb'] / 1000:.1f}", f"{each['growth_kb'] / 1000:+.1f}",
+             str(each["descriptors"]), f"{each['descriptor_growth']:+}"] for name, each in report["programs"].items()]
+    return table(["program", "seconds", "samples", "resident, MB", "growth, MB", "descriptors", "growth"], rows, 1)
+
+
 def foreign(report):
     kinds = report["kinds"]
     rows = [[name, str(sum(row.get(said, 0) for said in ("read", "refused", "fault"))), *(str(row.get(what, 0)) for what in ("read", "right", "other", "refused", "fault"))]
@@ -83,7 +89,7 @@ def light(report):
 def main():
     file_of_page = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
     page = file_of_page.read_text()
-    for tabled in (fuzz, foreign, luxcore, kills, light, promises, mutations):
+    for tabled in (fuzz, foreign, luxcore, kills, light, promises, mutations, memory):
         file = file_of_page.with_suffix("") / f"{tabled.__name__}.json"
         if file.exists():
             page = place(page, tabled.__name__, "all", tabled(json.loads(file.read_text())))

@@ -3,6 +3,7 @@
 A method falls at the first value, from harmless to hard, at which it is 1 or 3 dB below that value's ceiling: a sphere at each eye's own place, turned.
 """
 
+import shutil
 import sys
 
 from scene_work import STRESS
@@ -20,13 +21,15 @@ def run(work):
     breakers = breaking.chosen(preset.breakers)
     # Of these programs and this code, so that what was interrupted goes on and nothing older is taken for it.
     made_by = f"{digest(work.steps.program.parent)[:12]}-{digest(STRESS, '*.py')[:12]}"
-    folder, kept = work.folder / "runs" / made_by, work.folder / "values" / made_by
+    folder, kept = work.folder / "runs.unfinished", work.folder / "values" / made_by
+    shutil.rmtree(folder, ignore_errors=True)  # what a killed run has left
     for needed in (folder, kept):
         needed.mkdir(parents=True, exist_ok=True)
     try:
         found = breaking.sweep(work.steps.program, folder, breakers, preset.every_value, kept)
     except RuntimeError as error:
         raise Failed(str(error)) from None
+    shutil.rmtree(folder, ignore_errors=True)
     return {"n": {"frames": 1, "seeds": 1}, "breakers": {breaker.name: described(breaker, found[breaker.name]) for breaker in breakers}}
 
 

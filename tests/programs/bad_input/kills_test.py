@@ -3,23 +3,30 @@ command run again ends in the bytes of a run that nothing interrupted.
 
 usage: kills_test.py BIN_DIR [--kills N] [--jobs NAMES] [--seed N] [--report FILE]   (all else is unittest's)
 
-FILE has each job as it was tried last.
+FILE has each job as it was tried last, and of what versions. Killed live servers are held to what their viewers got: each run has other spheres.
 """
 
 import argparse
 import json
+import os
 import pathlib
 import random
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
 import numpy as np
 import OpenEXR
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(REPOSITORY / "programs/study"))
+from steps import provenance, write_whole  # noqa: E402
 
 ARGUMENTS = argparse.ArgumentParser(description=__doc__)
 ARGUMENTS.add_argument("bin", type=pathlib.Path)
@@ -31,10 +38,14 @@ TOLD, sys.argv[1:] = ARGUMENTS.parse_known_args()
 RANDOM = random.Random(TOLD.seed)
 REPORT = json.loads(TOLD.report.read_text()) if TOLD.report and TOLD.report.exists() else {"jobs": {}, "same_pixels_other_bytes": []}
 OTHER_BYTES = REPORT["same_pixels_other_bytes"]  # of frames whose pixels are the same
+TIMES = "machine", "milliseconds", "made", "wall_s", "cpu_s", "took_s", "measuring_cpu_s", "peak_memory_mib"
+"""Of reports and of the study's records, which also say whether a killed run had begun the step."""
+PICTURE, PAUSE = b"\x1f\x43\xb6\x75", b"\xec\x80"
+"""Of a live stream: how each picture begins, and what a viewer alone is sent where none comes."""
 
 
-def start(*words):
-    return subprocess.Popen([TOLD.bin / "equistream", *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+def start(*words, stdout=subprocess.DEVNULL):
+    return subprocess.Popen([TOLD.bin / "equistream", *map(str, words)], stdout=stdout, stderr=subprocess.PIPE, text=True)
 
 
 def run(*words):
@@ -44,7 +55,7 @@ def run(*words):
 
 
 def is_unfinished(path):
-    return any(name.endswith((".part", ".aside")) or ".tmp" in name for name in path.parts)
+    return any(name.endswith((".part", ".aside", ".unfinished")) or ".tmp" in name for name in path.parts)
 
 
 def unfinished(folder):
@@ -56,8 +67,20 @@ def finished(folder):
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and not is_unfinished(path.relative_to(folder)) and not path.name.startswith(".") and path.suffix != ".lock"
+        if path.is_file() and not is_unfinished(path.relative_to(folder)) and not path.name.startswith(".") and path.suffix not in (".lock", ".log", ".out")
     }
+
+
+def is_at_work(place):
+    """Whether a program runs whose words name the place."""
+    return any(str(place).encode() in words_of(process) for process in pathlib.Path("/proc").glob("[0-9]*"))
+
+
+def words_of(process):
+    try:
+        return (process / "cmdline").read_bytes()
+    except OSError:
+        return b""
 
 
 def without_times(name, data):
@@ -66,27 +89,17 @@ def without_times(name, data):
         return data
     def stripped(value):
         if isinstance(value, dict):
-            return {key: stripped(item) for key, item in value.items() if key not in ("machine", "milliseconds") and not key.endswith("_ms")}
+            return {key: stripped(item) for key, item in value.items() if key not in (*TIMES, "resumed") and not key.endswith("_ms")}
         return [stripped(item) for item in value] if isinstance(value, list) else value
     return stripped(json.loads(data))
 
 
-class Kills(unittest.TestCase):
+class Killed(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_kills_"))
         cls.addClassCleanup(shutil.rmtree, cls.root, ignore_errors=True)
-        cls.scene, cls.frames, cls.foreign = cls.root / "scene" / "motion.json", cls.root / "frames", cls.root / "foreign"
-        run("scene", "generate", "motion", "--out", cls.scene.parent)
-        run("render", cls.scene, "--frames", "0-5", "--size", "192x96", "--spp", 4, "--aovs", "depth", "--out", cls.frames)
-        cls.foreign.mkdir()
-        for index, source in enumerate(sorted((cls.frames / "centre").glob("*.exr"))):
-            with OpenEXR.File(str(source)) as file:
-                channels = file.parts[0].channels
-                rgb = np.stack([channels[c].pixels for c in "RGB"], axis=-1) if "R" in channels else channels["RGBA"].pixels[..., :3]
-            OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": np.ascontiguousarray(rgb, np.float32)}).write(
-                str(cls.foreign / f"shot.{index + 1:04d}.exr")
-            )
+        os.environ["TMPDIR"] = str(cls.root)  # killed programs leave their temporary folders
 
     def channels_of(self, data):
         copy = self.root / "compared.exr"
@@ -103,14 +116,25 @@ class Kills(unittest.TestCase):
         first = next((i for i, (a, b) in enumerate(zip(data, expected, strict=False)) if a != b), min(len(data), len(expected)))
         self.fail(f"{when}: {file} differs from byte {first} on: {data[first - 20 : first + 20]} for {expected[first - 20 : first + 20]}")
 
-    def survives(self, name, words, out_name="out", resumes=True):
-        """Kills the job again and again. `resumes`: it goes on with what the killed run has finished; else it begins anew."""
+    def place_of(self, name):
         if TOLD.jobs and name not in TOLD.jobs.split(","):
             self.skipTest("another job was asked for")
         place = self.root / name
         place.mkdir()
+        return place
+
+    def report(self, name, kills, found, to_the_end, duration_s):
+        REPORT["jobs"][name] = {"kills": kills, "finished_files_checked": found, "resumed_to_the_end": to_the_end, "seconds_uninterrupted": round(duration_s, 2), "seed": TOLD.seed,
+                                **provenance(TOLD.bin, REPOSITORY)}
+        if TOLD.report:
+            write_whole(TOLD.report, json.dumps(REPORT, indent=1) + "\n")
+
+    def survives(self, name, words, out_name="out", resumes=True, out_option="--out"):
+        """Kills the job again and again. `resumes`: it goes on with what the killed run has finished; else it begins anew."""
+        place = self.place_of(name)
+        words = [*words, out_option, place / out_name]
         begun = time.monotonic()
-        run(*words, "--out", place / out_name)
+        run(*words)
         duration_s = time.monotonic() - begun
         expected = finished(place)
         self.assertTrue(expected)
@@ -119,7 +143,7 @@ class Kills(unittest.TestCase):
         while kills < TOLD.kills:
             place.mkdir(exist_ok=True)
             kept = finished(place)
-            process = start(*words, "--out", place / out_name)
+            process = start(*words)
             time.sleep(RANDOM.uniform(0, 1.1 * duration_s))
             process.send_signal(signal.SIGKILL)
             _, told = process.communicate()
@@ -139,7 +163,7 @@ class Kills(unittest.TestCase):
             is_over = left.keys() == expected.keys()
             if is_over or RANDOM.random() < 0.3:
                 if not is_over:
-                    run(*words, "--out", place / out_name)
+                    run(*words)
                 again = finished(place)
                 self.assertEqual(again.keys(), expected.keys())
                 self.assertEqual(unfinished(place), [])
@@ -147,9 +171,24 @@ class Kills(unittest.TestCase):
                     self.assert_same(file, data, expected[file], f"{name} after it was resumed")
                 anew += 1
                 shutil.rmtree(place)
-        REPORT["jobs"][name] = {"kills": kills, "finished_files_checked": found, "resumed_to_the_end": anew, "seconds_uninterrupted": round(duration_s, 2), "seed": TOLD.seed}
-        if TOLD.report:
-            TOLD.report.write_text(json.dumps(REPORT, indent=1) + "\n")
+        self.report(name, kills, found, anew, duration_s)
+
+
+class Kills(Killed):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.scene, cls.frames, cls.foreign = cls.root / "scene" / "motion.json", cls.root / "frames", cls.root / "foreign"
+        run("scene", "generate", "motion", "--out", cls.scene.parent)
+        run("render", cls.scene, "--frames", "0-5", "--size", "192x96", "--spp", 4, "--aovs", "depth", "--out", cls.frames)
+        cls.foreign.mkdir()
+        for index, source in enumerate(sorted((cls.frames / "centre").glob("*.exr"))):
+            with OpenEXR.File(str(source)) as file:
+                channels = file.parts[0].channels
+                rgb = np.stack([channels[c].pixels for c in "RGB"], axis=-1) if "R" in channels else channels["RGBA"].pixels[..., :3]
+            OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": np.ascontiguousarray(rgb, np.float32)}).write(
+                str(cls.foreign / f"shot.{index + 1:04d}.exr")
+            )
 
     def test_render(self):
         self.survives("render", ["render", self.scene, "--frames", "0-7", "--size", "192x96", "--spp", 8, "--aovs", "depth,motion"])
@@ -181,6 +220,76 @@ class Kills(unittest.TestCase):
         self.survives(
             "model", ["model", self.scene, "--rays", 20000, "--visibility-rays", 200000, "--quantile", 0.9], "model.json", resumes=False
         )
+
+    def served(self, out, kill_after_s=3600.0):
+        """A viewer takes some pictures, then the server is told to end, if it is not killed before. Its status, and what the viewer got."""
+        process, got, is_told = start("serve", self.scene, "--listen", "tcp://127.0.0.1:0", "--size", "128x64", "--spp", 1, "--out", out, stdout=subprocess.PIPE), b"", False
+        killer = threading.Timer(kill_after_s, process.kill)
+        killer.start()
+        try:
+            if address := process.stdout.readline():
+                with socket.create_connection(("127.0.0.1", int(address.rsplit(":", 1)[1]))) as viewer:
+                    while block := viewer.recv(1 << 16):
+                        got += block
+                        if got.count(PICTURE) >= 40 and not is_told:
+                            process.terminate()
+                            is_told = True
+        except OSError:  # it was killed
+            pass
+        _, told = process.communicate(timeout=500)
+        killer.cancel()
+        self.assertIn(process.returncode, (0, -signal.SIGKILL), told)
+        return process.returncode, got.replace(PAUSE, b"")
+
+    def assert_holds(self, file, got, is_whole):
+        """All that the viewer got, for programs to read."""
+        stream = self.root / "compared.mkv"
+        stream.write_bytes(file.read_bytes())
+        self.assertTrue(stream.read_bytes().replace(PAUSE, b"").startswith(got), f"{file.name} lacks what a viewer got")
+        said = json.loads(subprocess.run([TOLD.bin / "equistream", "info", stream, "--frames", "--json"], capture_output=True, text=True, check=True).stdout)
+        self.assertTrue(said["whole"] or not is_whole, said["truncation"])
+        for track in said["tracks"]:  # the first picture of a group begins twice, once for each track
+            self.assertGreaterEqual(2 * len(track["frames"]) + 2, got.count(PICTURE))
+
+    def test_serve(self):
+        place, begun = self.place_of("serve"), time.monotonic()
+        out, part = place / "all.mkv", place / "all.mkv.part"
+        self.served(out)
+        duration_s = time.monotonic() - begun
+        kills = found = to_the_end = 0
+        while kills < TOLD.kills:
+            before = out.read_bytes()
+            status, got = self.served(out, RANDOM.uniform(0, 1.1 * duration_s))
+            kills += status != 0
+            if out.read_bytes() != before:
+                self.assert_holds(out, got, is_whole=True)
+                self.assertEqual(unfinished(place), [])
+                to_the_end += 1
+            else:
+                self.assertNotEqual(status, 0)
+                if PICTURE in got:
+                    self.assert_holds(part, got, is_whole=False)
+                    found += 1
+            deadline = time.monotonic() + 60
+            while is_at_work(self.root):
+                self.assertLess(time.monotonic(), deadline, "its renderer goes on")
+                time.sleep(0.05)
+        self.assertEqual(self.served(out)[0], 0)
+        self.assertEqual(unfinished(place), [])
+        self.report("serve", kills, found, to_the_end, duration_s)
+
+
+class Studies(Killed):
+    def test_study(self):
+        """An experiment whose values are kept one by one, and its charts."""
+        self.survives("study", ["study", "--preset", "smoke", "--experiments", "stability"])
+
+    def test_study_job(self):
+        """What a farm renders of it: steps with records."""
+        plan = self.root / "plan"
+        plan.mkdir()
+        (plan / "study-smoke.jobs.json").write_text(json.dumps([{"scene": "motion", "render": "truth-21", "first": 0, "last": 1, "seconds": 1}]))
+        self.survives("study-job", ["study", "--preset", "smoke", "--job", 0, "--out", plan], "work", out_option="--work")
 
 
 if __name__ == "__main__":

@@ -4,6 +4,8 @@
 import os
 import pathlib
 import signal
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -143,6 +145,25 @@ class BesideEachOther(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             self.steps.side_by_side(lambda word: self.steps.run(word, word), words())
         self.assertEqual(self.steps.running, set())
+
+
+class Killed(unittest.TestCase):
+    def test_what_it_runs_ends_with_it(self):
+        work, _ = folder_with_program(self, f"#!/bin/sh\necho $$ > started.new && mv started.new started\nexec sleep {10 * PATIENCE_S}\n")
+        study = subprocess.Popen([sys.executable, "-c", "import sys; from steps import Steps; Steps(sys.argv[1], sys.argv[1] + '/bin', {}, {}).run('wait', 'do')", work],
+                                 stderr=subprocess.DEVNULL)
+        wait_until(lambda: (work / "started").exists())
+        study.kill()
+        study.wait()
+        program = pathlib.Path("/proc") / (work / "started").read_text().strip()
+        wait_until(lambda: not program.exists() or ") Z " in (program / "stat").read_text())
+
+
+def wait_until(holds):
+    deadline = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 if __name__ == "__main__":

@@ -17,8 +17,10 @@ import time
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "programs"))
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(REPOSITORY / "tests/programs"), str(REPOSITORY / "programs/study")]
 from independent import read_frame  # noqa: E402
+from steps import provenance, write_whole  # noqa: E402
 
 SIZE, SAMPLES, EYE_M = (512, 256), 64, (0.3, 1.5, 0.2)
 BOXES = [("floor", (0, -0.1, 0), (9, 0.1, 9), (0.5, 0.5, 0.5)), ("ahead", (0, 1.5, -4), (0.5, 0.9, 0.5), (0.8, 0.1, 0.1)),
@@ -116,7 +118,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[3] / "docs/results/trust/luxcore.json")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/trust/luxcore.json")
     asked = parser.parse_args()
     asked.work.mkdir(parents=True, exist_ok=True)
     program, work = asked.bin.resolve() / "equistream", asked.work.resolve()
@@ -128,8 +130,7 @@ def main():
     subprocess.run([program, "render", scene, "--frames", "0-0", "--size", f"{SIZE[0]}x{SIZE[1]}", "--spp", str(SAMPLES), "--unbiased", "--aovs", "depth,normal,albedo,ids", "--overwrite",
                     "--progress", "none", "--out", work / "ours"], check=True, stdout=subprocess.DEVNULL)
     found = compared(read_frame(work / "lux/centre/frame.0000.exr"), read_frame(work / "ours/centre/frame.0000.exr"))
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    asked.out.write_text(json.dumps({"luxcore": version, "size": SIZE, "samples": SAMPLES, **found}, indent=1) + "\n")
+    write_whole(asked.out, json.dumps({**provenance(asked.bin, REPOSITORY), "luxcore": version, "size": SIZE, "samples": SAMPLES, **found}, indent=1) + "\n")
     print(json.dumps(found, indent=1))
     sys.stdout.flush()
     os._exit(0)  # pyluxcore crashes where Python ends
