@@ -21,6 +21,9 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "programs/study"))
+from steps import provenance, write_whole  # noqa: E402
+
 FOLDERS = "plugin", "client", "host-adapters"
 FEWEST_TEST_S = 60
 NUMBER = r"(?<![\w.])(\d+)(?![\w.'])"
@@ -135,7 +138,7 @@ def main():
     build = asked.build.resolve()
     if run("git", "status", "--porcelain", "--untracked-files=no", "--", *FOLDERS).stdout:
         sys.exit("mutations.py: expected a checkout without changes, found some")
-    report = json.loads(asked.report.read_text()) if asked.report.exists() else {"seed": asked.seed, "changes": []}
+    report = json.loads(asked.report.read_text()) if asked.report.exists() else {"seed": asked.seed, **provenance(build / "bin", ROOT), "changes": []}
     known = {(each["file"], each["line"]) for each in report["changes"]}
     tests = own_tests(build)
     chance = random.Random(asked.seed)
@@ -161,8 +164,7 @@ def main():
         with changed(file, number, become):
             said = verdict(build, names, max(FEWEST_TEST_S, 10 * times[key]))
         report["changes"].append({"file": file, "line": number + 1, "before": text.strip(), "after": become.strip(), **said})
-        asked.report.parent.mkdir(parents=True, exist_ok=True)
-        asked.report.write_text(json.dumps(report, indent=1) + "\n")
+        write_whole(asked.report, json.dumps(report, indent=1) + "\n")
         print(f"{file}:{number + 1}: {text.strip()} -> {become.strip()}: {said['verdict']} {said.get('by', '')}", flush=True)
     built(build, set().union(*tests.values()))
     print(summary(report["changes"]))

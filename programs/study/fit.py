@@ -14,14 +14,13 @@ import json
 import math
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from options import Parser, Progress, add_common, parse  # noqa: E402
-from steps import REPOSITORY, Failed, expect_packages, provenance, run_as_program  # noqa: E402
+from steps import REPOSITORY, Failed, expect_packages, provenance, run_as_program, write_whole  # noqa: E402
 
 FEWEST_PIXELS = 64
 AUTO = "auto"
@@ -128,9 +127,9 @@ def keep_model(chosen, work, out):
     name = f"{out.stem}-model"
     made = work.folder / chosen.model_file
     description = json.loads(made.read_text())
-    shutil.copyfile(made.with_suffix(".glb"), out.with_name(f"{name}.glb"))
+    write_whole(out.with_name(f"{name}.glb"), made.with_suffix(".glb").read_bytes())
     kept = out.with_name(f"{name}.json").resolve()
-    kept.write_text(json.dumps({**description, "model": f"{name}.glb"}) + "\n")
+    write_whole(kept, json.dumps({**description, "model": f"{name}.glb"}) + "\n")
     return kept
 
 

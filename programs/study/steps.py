@@ -58,12 +58,12 @@ def expect_packages(command):
                      f"EQUISTREAM_PYTHON names another Python; to build it: cmake --build --preset release --target programs") from None
 
 
-def write_whole(file, text):
-    """Appears whole or not at all."""
+def write_whole(file, content):
+    """Text or bytes; appears whole or not at all."""
     file = pathlib.Path(file)
     file.parent.mkdir(parents=True, exist_ok=True)
     aside = file.with_name(file.name + ".unfinished")
-    aside.write_text(text)
+    aside.write_bytes(content if isinstance(content, bytes) else content.encode())
     os.replace(aside, file)
 
 

@@ -64,7 +64,7 @@ def mutations(report):
 def memory(report):
     rows = [[f"`{name}`", f"{each['seconds']:,.0f}", f"{each['samples']:,}", f"{each['resident_kb'] / 1000:.1f}", f"{each['growth_kb'] / 1000:+.1f}",
              str(each["descriptors"]), f"{each['descriptor_growth']:+}"] for name, each in report["programs"].items()]
-    return table(["program", "seconds", "samples", "resident, MB", "growth, MB", "descriptors", "growth"], rows, 1)
+    return table(["program", "seconds", "samples", "resident, MB", "growth, MB", "descriptors", "more of them"], rows, 1)
 
 
 def foreign(report):

@@ -12,6 +12,7 @@ from found import ceiling_psnr, db, light_text, load, psnr, ssim
 from kept import all_pictures
 from PIL import Image
 from render_list import EYES
+from steps import write_whole
 
 from . import looks
 
@@ -118,7 +119,9 @@ def draw_anaglyphs(pictures, file):
         axes.set_title(f"{scene}, frame {found['frame']}", loc="left")
         axes.axis("off")
     looks.title(figure, "For red and cyan glasses (Dubois 2001): both eyes of a coded sphere at the head's centre.")
-    figure.savefig(file.with_suffix(".jpg"), dpi=100, pil_kwargs={"quality": 80})
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="jpeg", dpi=100, pil_kwargs={"quality": 80})
+    write_whole(file.with_suffix(".jpg"), drawn.getvalue())
     print(file.with_suffix(".jpg"))
     plt.close(figure)
 

@@ -119,13 +119,14 @@ class Killed(unittest.TestCase):
     def place_of(self, name):
         if TOLD.jobs and name not in TOLD.jobs.split(","):
             self.skipTest("another job was asked for")
+        self.made = provenance(TOLD.bin, REPOSITORY)
         place = self.root / name
         place.mkdir()
         return place
 
     def report(self, name, kills, found, to_the_end, duration_s):
         REPORT["jobs"][name] = {"kills": kills, "finished_files_checked": found, "resumed_to_the_end": to_the_end, "seconds_uninterrupted": round(duration_s, 2), "seed": TOLD.seed,
-                                **provenance(TOLD.bin, REPOSITORY)}
+                                **self.made}
         if TOLD.report:
             write_whole(TOLD.report, json.dumps(REPORT, indent=1) + "\n")
 
