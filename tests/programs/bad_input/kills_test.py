@@ -36,8 +36,7 @@ ARGUMENTS.add_argument("--seed", type=int, default=1)
 ARGUMENTS.add_argument("--report", type=pathlib.Path)
 TOLD, sys.argv[1:] = ARGUMENTS.parse_known_args()
 RANDOM = random.Random(TOLD.seed)
-REPORT = json.loads(TOLD.report.read_text()) if TOLD.report and TOLD.report.exists() else {"jobs": {}, "same_pixels_other_bytes": []}
-OTHER_BYTES = REPORT["same_pixels_other_bytes"]  # of frames whose pixels are the same
+OTHER_BYTES = []  # frames whose pixels are the same
 TIMES = "machine", "milliseconds", "made", "wall_s", "cpu_s", "took_s", "measuring_cpu_s", "peak_memory_mib"
 """Of reports and of the study's records, which also say whether a killed run had begun the step."""
 PICTURE, PAUSE = b"\x1f\x43\xb6\x75", b"\xec\x80"
@@ -125,10 +124,15 @@ class Killed(unittest.TestCase):
         return place
 
     def report(self, name, kills, found, to_the_end, duration_s):
-        REPORT["jobs"][name] = {"kills": kills, "finished_files_checked": found, "resumed_to_the_end": to_the_end, "seconds_uninterrupted": round(duration_s, 2), "seed": TOLD.seed,
+        """So far: a run that is stopped has told what it tried, and other jobs may be tried beside it."""
+        if not TOLD.report:
+            return
+        report = json.loads(TOLD.report.read_text()) if TOLD.report.exists() else {"jobs": {}, "same_pixels_other_bytes": []}
+        report["same_pixels_other_bytes"] += OTHER_BYTES
+        OTHER_BYTES.clear()
+        report["jobs"][name] = {"kills": kills, "finished_files_checked": found, "resumed_to_the_end": to_the_end, "seconds_uninterrupted": round(duration_s, 2), "seed": TOLD.seed,
                                 **self.made}
-        if TOLD.report:
-            write_whole(TOLD.report, json.dumps(REPORT, indent=1) + "\n")
+        write_whole(TOLD.report, json.dumps(report, indent=1) + "\n")
 
     def survives(self, name, words, out_name="out", resumes=True, out_option="--out"):
         """Kills the job again and again. `resumes`: it goes on with what the killed run has finished; else it begins anew."""
@@ -172,7 +176,7 @@ class Killed(unittest.TestCase):
                     self.assert_same(file, data, expected[file], f"{name} after it was resumed")
                 anew += 1
                 shutil.rmtree(place)
-        self.report(name, kills, found, anew, duration_s)
+            self.report(name, kills, found, anew, duration_s)
 
 
 class Kills(Killed):
@@ -275,9 +279,9 @@ class Kills(Killed):
             while is_at_work(self.root):
                 self.assertLess(time.monotonic(), deadline, "its renderer goes on")
                 time.sleep(0.05)
+            self.report("serve", kills, found, to_the_end, duration_s)
         self.assertEqual(self.served(out)[0], 0)
         self.assertEqual(unfinished(place), [])
-        self.report("serve", kills, found, to_the_end, duration_s)
 
 
 class Studies(Killed):
