@@ -57,12 +57,12 @@ HWY_INLINE void fill_row(const std::uint8_t* columns, int width, std::uint8_t* o
 /// loss_at, as a sum of lines each of which rises over one stretch of texture only.
 class LossLines {
 public:
-    explicit LossLines(const CodingLoss& loss) : first_(equistream::loss_at(loss, textures.front())) {
+    explicit LossLines(const VisibleLoss& loss) : first_(equistream::loss_at(loss, textures.front())) {
         for (std::size_t i = 0; i < slopes_.size(); ++i) {
             const float rise = equistream::loss_at(loss, textures[i + 1]) - equistream::loss_at(loss, textures[i]);
             slopes_[i] = rise / (textures[i + 1] - textures[i]);
         }
-        any_ = loss != CodingLoss{};
+        any_ = loss != VisibleLoss{};
     }
     bool any() const { return any_; }
     HWY_INLINE Floats at(Floats texture) const {
@@ -75,7 +75,7 @@ public:
     }
 
 private:
-    static constexpr auto& textures = CodingLoss::textures;
+    static constexpr auto& textures = VisibleLoss::textures;
     float first_;
     std::array<float, textures.size() - 1> slopes_;
     bool any_;
@@ -87,7 +87,7 @@ public:
     Judge(const MapJob& job, int first, int last)
         : job_(job), width_(job.width), height_(job.picture.origin.height()), first_(first),
           planar_(width_, last - first + 2 * planar_reach), closeness_rows_(width_, last - first),
-          texture_rows_(job, first), texture_(width_, 1), bytes_(width_, 3), loss_(job.numbers.coding_loss) {
+          texture_rows_(job, first), texture_(width_, 1), bytes_(width_, 3), loss_(job.numbers.visible_loss) {
         if (job.filled.data == nullptr)
             std::fill_n(bytes_.row(1), width_, std::uint8_t{0});
         if (job.numbers.has_depth())

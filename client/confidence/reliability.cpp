@@ -205,7 +205,7 @@ RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, bool has_
         known = KnownDepth::none;
     else if (depth_error_px > default_budget_share * error_budget_rad(focal) * focal)
         known = KnownDepth::coarse;
-    coding_loss = options.coding_loss.value_or(CodingLoss{});
+    visible_loss = options.visible_loss.value_or(VisibleLoss{});
     mirrors = source.specular.data != nullptr && !options.specular_reworked && has_depth && moved;
 }
 

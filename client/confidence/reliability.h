@@ -7,7 +7,7 @@
 /// either, lowers the logit of the probability; a table that falls with the sum then makes it the share that was
 /// measured. So more of any risk never makes a pixel more trustworthy. Weights and table depend on who gave the pixel
 /// its colour. All functions are pure and use all cores.
-#include <equistream/coding_loss.h>
+#include <equistream/visible_loss.h>
 
 #include <client/warp/eye_rays.h>
 #include <client/warp/view.h>
@@ -67,9 +67,9 @@ inline constexpr std::array<std::string_view, risk_group_count> risk_group_names
 struct ReliabilityOptions {
     /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): half a step of a depth code.
     double depth_tolerance_w = 0;
-    /// What a codec took from the source's colours (coding_loss_of the main track's frame data); nothing: they went
+    /// What a codec took from the source's colours (visible_loss_of the main track's frame data); nothing: they went
     /// through none. Stands for what gaps are filled from too.
-    std::optional<CodingLoss> coding_loss{};
+    std::optional<VisibleLoss> visible_loss{};
     /// rework_specular (specular.h) has been over the picture: what it left of mirrors lies within the bound.
     bool specular_reworked = false;
 };
@@ -118,7 +118,7 @@ struct RiskNumbers {
     float density = 1;                    ///< source pixels per radian over the eye's at its middle
     float outside = 0;                    ///< radii beyond the head box
     float depth_error_px = 0;             ///< by which the depth's tolerance displaces a pixel
-    CodingLoss coding_loss;               ///< zeros where nothing was coded
+    VisibleLoss visible_loss;             ///< zeros where nothing was coded
     int step = 1;                         ///< a source pixel, in pixels of the eye
     int texture_reach = 4;                ///< pixels to either side that Risk::texture is a mean over
     float min_step_inverse_m = 0;         ///< of inverse planar depth, at a silhouette

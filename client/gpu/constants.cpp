@@ -1,9 +1,9 @@
 #include "defines.h"
 
-#include <equistream/coding_loss.h>
 #include <equistream/conventions.h>
 #include <equistream/depth_agreement.h>
 #include <equistream/virtual_image.h>
+#include <equistream/visible_loss.h>
 
 namespace equistream::gl {
 
@@ -14,7 +14,7 @@ std::string common_constants() {
     d.add_bits("INFINITE", 0x7f800000u);
     d.add("FAR_DISTANCE_M", far_distance_m);
     d.add("MIN_SPECULAR", min_specular);
-    d.add("LOSS_TEXTURES", CodingLoss::textures);
+    d.add("LOSS_TEXTURES", VisibleLoss::textures);
     return d.take();
 }
 

@@ -56,13 +56,13 @@ bool mostly_overlap(const Camera& a, const Camera& b) {
 }
 
 ReliabilityOptions confidence_options(const FrameInfo& main, bool by_frames_depth, MirrorTreatment mirrors) {
-    return confidence_options(by_frames_depth ? depth_tolerance_w(main.depth_code) : 0, coding_loss_of(main), mirrors);
+    return confidence_options(by_frames_depth ? depth_tolerance_w(main.depth_code) : 0, visible_loss_of(main), mirrors);
 }
 
-ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optional<CodingLoss>& coding_loss,
+ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optional<VisibleLoss>& visible_loss,
                                       MirrorTreatment mirrors) {
     return {.depth_tolerance_w = depth_tolerance_w,
-            .coding_loss = coding_loss,
+            .visible_loss = visible_loss,
             .specular_reworked = mirrors != MirrorTreatment::surface};
 }
 

@@ -43,7 +43,7 @@ bool mostly_overlap(const Camera& a, const Camera& b);
 ReliabilityOptions confidence_options(const FrameInfo& main, bool by_frames_depth, MirrorTreatment mirrors);
 
 /// The same of colours that went through this coding, and depth whose w may be off by so much.
-ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optional<CodingLoss>& coding_loss,
+ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optional<VisibleLoss>& visible_loss,
                                       MirrorTreatment mirrors);
 
 /// Whether an eye is outside the head box that the source was rendered for.

@@ -173,7 +173,7 @@ FrameInfo of_frame(FrameInfo&& tile, const FrameInfo& main) {
     info.camera = tile.camera;
     info.depth_code = tile.depth_code;
     info.crf = tile.crf;
-    info.coding_loss = tile.coding_loss;
+    info.visible_loss = tile.visible_loss;
     info.moving.clear();
     return info;
 }

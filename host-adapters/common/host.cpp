@@ -228,9 +228,11 @@ void add_quality_options(cli::CommandLine& app, Typed& t) {
                    "Carry light on from frame to frame: where anything moves, over so many earlier ones at most")
         .between(0u, 1000u)
         .with_default();
-    app.add_option("--aovs", t.options.aovs,
-                   "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before it was denoised; "
-                   "guides: what the denoiser goes by; samples, variance: of what is accumulated")
+    app.add_option(
+           "--aovs", t.options.aovs,
+           "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before it was denoised; "
+           "guides: what the denoiser goes by; samples, variance: of what is accumulated; reference: a few pixels "
+           "with many samples, for the confidence map")
         .with_default();
 }
 

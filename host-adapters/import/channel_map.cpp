@@ -18,7 +18,7 @@ namespace {
 /// What mirrors and panes show, and what accumulating and denoising leave, is for our own hosts to say: other
 /// renderers' channels of such names mean something else.
 bool is_imported(const AovInfo& aov) {
-    constexpr std::string_view ours[] = {"virtual", "raw", "samples", "variance"};
+    constexpr std::string_view ours[] = {"virtual", "raw", "samples", "variance", "reference"};
     return std::ranges::find(ours, std::string_view(aov.group)) == std::end(ours);
 }
 

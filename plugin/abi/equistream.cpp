@@ -59,7 +59,8 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.head_radius_m, shared.ipd_m)};
     const FrameInfo info = frame_info(*handle.shared, settings, poses.here);
     std::vector<std::string> planes = handle.shared->manifest().planes;
-    for (const char* ours : {"raw", "samples", "variance"})
+    const bool has_references = std::ranges::find(planes, "reference") != planes.end();
+    for (const char* ours : {"raw", "samples", "variance", "reference"})
         std::erase(planes, ours);
     std::vector<std::uint32_t> tile_samples;
     if (handle.history) {
@@ -94,7 +95,10 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
                         FrameRays(info),
                         Film(info, poses,
                              {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr,
-                              guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches}),
+                              guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches,
+                              has_references ? reference_tiles({picture_width(info), picture_height(info)},
+                                                               info.samples_per_pixel, info.index)
+                                             : ReferenceTiles()}),
                         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
                         {},
                         std::move(as_window),
@@ -265,7 +269,7 @@ void es_tile_put_distances(es_frame* frame, const es_tile* tile, const float* di
 uint32_t es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays) {
     std::uint32_t count = 0;
     guarded(nullptr, [&] {
-        if (usable(frame, tile, rays, "es_tile_geometry_rays"))
+        if (usable(frame, tile, rays, "es_tile_geometry_rays") && !frame->film.is_reference(tile->id))
             count = fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_geometry_rays"), rays,
                               [&](int x, int y) { return frame->rays.geometry(x, y); });
     });
@@ -282,8 +286,10 @@ uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_
                                               "below " + std::to_string(frame->film.passes_of(tile->id)),
                                               std::to_string(sample)));
         else
-            count = fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_colour_rays"), rays,
-                              [&](int x, int y) { return frame->rays.colour(x, y, sample); });
+            count =
+                fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_colour_rays"), rays,
+                          [&, number = frame->film.is_reference(tile->id) ? first_reference_sample + sample : sample](
+                              int x, int y) { return frame->rays.colour(x, y, number); });
     });
     return count;
 }

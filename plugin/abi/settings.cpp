@@ -221,6 +221,9 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
         require(s.accumulate_frames > 0 ||
                     std::ranges::find(checked.manifest.planes, plane) == checked.manifest.planes.end(),
                 "aovs", std::string(plane) + " only where frames are accumulated", plane);
+    require((!hidden_layer && !info.patches) ||
+                std::ranges::find(checked.manifest.planes, "reference") == checked.manifest.planes.end(),
+            "aovs", "no reference in a hidden layer or an atlas of patches", "reference");
     require(s.samples_by_angle == 0 ||
                 (s.accumulate_frames == 0 && !info.patches && std::holds_alternative<EquirectCamera>(info.camera)),
             "samples_by_angle", "0 in flat views, in an atlas of patches and where frames are accumulated",

@@ -8,10 +8,10 @@ nlohmann::json pose_to_json(const Pose& pose) {
     return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
 }
 
-nlohmann::json coding_loss_to_json(const CodingLoss& loss) {
+nlohmann::json visible_loss_to_json(const VisibleLoss& loss) {
     nlohmann::json shares = nlohmann::json::array();
-    for (std::size_t i = 0; i < CodingLoss::textures.size(); ++i)
-        shares.push_back({{"texture", CodingLoss::textures[i]}, {"visibly_off", loss.share_255[i] / 255.0f}});
+    for (std::size_t i = 0; i < VisibleLoss::textures.size(); ++i)
+        shares.push_back({{"texture", VisibleLoss::textures[i]}, {"visibly_off", loss.share_255[i] / 255.0f}});
     return shares;
 }
 

@@ -16,6 +16,8 @@ bool is_guide(const std::string& name) {
     return std::find(std::begin(guide_names), std::end(guide_names), name) != std::end(guide_names);
 }
 
+constexpr std::size_t reference_channels = 4;
+
 bool is_finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
 }
@@ -94,11 +96,17 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
       samples_per_pixel_(settings.samples_per_pixel), tile_samples_(std::move(settings.tile_samples)),
       takes_variance_(settings.variance), takes_guides_(settings.guides),
       backward_(info.camera, poses.here, poses.previous), forward_(info.camera, poses.here, poses.next),
-      plane_names_(std::move(settings.planes)), has_holes_(settings.has_holes) {}
+      plane_names_(std::move(settings.planes)), has_holes_(settings.has_holes),
+      references_(std::move(settings.references)) {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
-    progress_.resize(tile_count_);
+    progress_.resize(all_tiles());
+    reference_sums_.resize(references_.corners.size() * ReferenceTiles::pixels * reference_channels);
+    if (is_whole()) {
+        next_tile_ = tile_count_;
+        return;
+    }
     radiance_sum_ = FloatImage(width_, height_, 4);
     left_out_ = IdImage(width_, height_, 1);
     if (takes_variance_)
@@ -119,25 +127,41 @@ void Film::start_film() {
     }
 }
 
+/// Whether tiles are asked for references alone.
+bool Film::is_whole() const {
+    return std::ranges::all_of(plane_names_, [this](const std::string& name) { return whole_.contains(name); });
+}
+
 es_tile Film::tile(std::uint32_t id) const {
     es_tile tile{};
     tile.id = id;
+    tile.sample_count = passes_of(id);
+    if (is_reference(id)) {
+        const glm::ivec2 corner = references_.corners[id - tile_count_];
+        tile.x = corner.x;
+        tile.y = corner.y;
+        tile.width = std::min(ReferenceTiles::side, width_ - corner.x);
+        tile.height = std::min(ReferenceTiles::side, height_ - corner.y);
+        tile.pixel_count = static_cast<std::uint32_t>(tile.width * tile.height);
+        return tile;
+    }
     tile.x = static_cast<int>(id % tiles_across_) * tile_side_;
     tile.y = static_cast<int>(id / tiles_across_) * tile_side_;
     tile.width = std::min(tile_side_, width_ - tile.x);
     tile.height = std::min(tile_side_, height_ - tile.y);
     tile.pixel_count = static_cast<std::uint32_t>(tile.width * tile.height);
-    tile.sample_count = passes_of(id);
     return tile;
 }
 
 std::optional<es_tile> Film::next_tile() {
+    if (is_whole() && references_.corners.empty())
+        return std::nullopt;
     std::call_once(film_started_, [this] { start_film(); });
     // The counter stops at the end, so that asking on and on cannot make it wrap.
     std::uint32_t id = next_tile_.load();
-    while (id < tile_count_ && !next_tile_.compare_exchange_weak(id, id + 1)) {
+    while (id < all_tiles() && !next_tile_.compare_exchange_weak(id, id + 1)) {
     }
-    if (id >= tile_count_)
+    if (id >= all_tiles())
         return std::nullopt;
     return tile(id);
 }
@@ -172,6 +196,8 @@ void Film::mark_answered(const TilePixels& pixels) {
 }
 
 void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
+    if (is_reference(pixels.tile.id))
+        return;
     mark_answered(pixels);
     static constexpr es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
     // Calls `put(surface, pixel's centre, samples)` for each pixel, unless nobody wants the plane of tiles.
@@ -224,6 +250,16 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     if (progress.colour_passes >= passes_of(pixels.tile.id))
         return false;
     ++progress.colour_passes;
+    if (is_reference(pixels.tile.id)) {
+        float* sum = reference_sum(pixels.tile);
+        for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4, sum += reference_channels)
+            if (is_finite(rgba, 3)) {
+                for (int c = 0; c < 3; ++c)
+                    sum[c] += rgba[c];
+                ++sum[3];
+            }
+        return true;
+    }
     mark_answered(pixels);
     const auto add = [this](const float* sample, float* sum, int x, int y) {
         if (!is_finite(sample, 4)) {
@@ -255,6 +291,8 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
 }
 
 bool Film::add_guides(const TilePixels& pixels, const float* guides) {
+    if (is_reference(pixels.tile.id))
+        return true;
     TileProgress& progress = progress_[pixels.tile.id];
     if (!takes_guides_ || progress.guide_passes >= passes_of(pixels.tile.id))
         return false;
@@ -284,12 +322,14 @@ void Film::put_plane(const std::string& name, IdImage image) {
 }
 
 std::optional<std::string> Film::missing() const {
-    std::size_t without_colour = tile_count_;
+    std::size_t without_colour = all_tiles();
     std::size_t without_surfaces = tile_count_, without_guides = tile_count_;
     bool any_guides = false;
     for (std::uint32_t tile = 0; tile < progress_.size(); ++tile) {
         const TileProgress& progress = progress_[tile];
         without_colour -= progress.colour_passes == passes_of(tile);
+        if (is_reference(tile))
+            continue;
         without_surfaces -= progress.surfaces;
         without_guides -= progress.guide_passes == passes_of(tile);
         any_guides |= progress.guide_passes > 0;
@@ -302,8 +342,8 @@ std::optional<std::string> Film::missing() const {
                                   : is_guide(name) ? without_guides
                                                    : without_surfaces;
         if (tiles > 0 && !whole_.contains(name))
-            return "plane " + name + " unfinished in " + std::to_string(tiles) + " of " + std::to_string(tile_count_) +
-                   " tiles";
+            return "plane " + name + " unfinished in " + std::to_string(tiles) + " of " +
+                   std::to_string(name == "colour" ? all_tiles() : tile_count_) + " tiles";
     }
     return std::nullopt;
 }
@@ -331,6 +371,27 @@ void Film::average_colour() {
         real_["samples"] = std::move(counts);
         real_["variance"] = std::move(variance);
     }
+}
+
+float* Film::reference_sum(const es_tile& tile) {
+    return &reference_sums_[std::size_t{tile.id - tile_count_} * ReferenceTiles::pixels * reference_channels];
+}
+
+void Film::average_references() {
+    FloatImage reference(width_, height_, 4);
+    for (std::uint32_t id = tile_count_; id < progress_.size(); ++id) {
+        const es_tile of = tile(id);
+        const float* sum = reference_sum(of);
+        for (std::uint32_t i = 0; i < of.pixel_count; ++i, sum += reference_channels) {
+            const glm::ivec2 at = TilePixels{of}.at(i);
+            if (progress_[id].colour_passes < references_.samples || sum[3] == 0)
+                continue;
+            for (int c = 0; c < 3; ++c)
+                reference.pixel(at.x, at.y)[c] = sum[c] / sum[3];
+            reference.pixel(at.x, at.y)[3] = 1;
+        }
+    }
+    real_["reference"] = std::move(reference);
 }
 
 void Film::finish_guides() {
@@ -372,6 +433,8 @@ void Film::finish(Frame& frame) {
     if (!whole_.contains("colour"))
         average_colour();
     finish_guides();
+    if (references_.samples > 0)
+        average_references();
     if (has_holes_)
         leave_holes();
     frame.planes = std::move(real_);

@@ -1,6 +1,7 @@
 #pragma once
 /// Collects what a host answers, tile by tile, into the planes of one frame.
 #include "motion.h"
+#include "reference_tiles.h"
 
 #include <equistream/aov.h>
 #include <equistream/equistream.h>
@@ -26,14 +27,15 @@ inline constexpr int default_tile_side = 32;
 
 struct FilmSettings {
     std::uint32_t samples_per_pixel = 1;
-    std::vector<std::string>
-        planes;  ///< names of the AOV catalogue, colour among them; "raw", "samples", "variance" are not asked for
+    std::vector<std::string> planes;  ///< names of the AOV catalogue, colour among them; "raw", "samples", "variance",
+                                      ///< "reference" are not asked for
     /// By tile: colour passes, 0 for one whose colour comes from elsewhere; empty: samples_per_pixel for each.
     std::vector<std::uint32_t> tile_samples{};
     bool variance = false;  ///< planes "samples" and "variance" are made of what tiles bring
     bool guides = false;    ///< a denoiser's guides are taken, where a host has them, asked for or not
     int tile_side = default_tile_side;
-    bool has_holes = false;  ///< pixels that nobody answers for are no part of the picture (finish)
+    bool has_holes = false;       ///< pixels that nobody answers for are no part of the picture (finish)
+    ReferenceTiles references{};  ///< colour passes alone, after all other tiles; plane "reference" is made of them
 };
 
 /// Of a picture, rows of tiles from the top down.
@@ -80,8 +82,12 @@ public:
     void put_plane(const std::string& name, IdImage image);
     bool wants(const std::string& name) const;
     const std::vector<std::string>& planes() const { return plane_names_; }
+    /// Nobody asks for the surfaces or guides of such a tile.
+    bool is_reference(std::uint32_t tile) const { return tile >= tile_count_; }
     /// Colour passes of a tile.
     std::uint32_t passes_of(std::uint32_t tile) const {
+        if (is_reference(tile))
+            return references_.samples;
         return tile_samples_.empty() ? samples_per_pixel_ : tile_samples_[tile];
     }
     bool takes_guides() const { return takes_guides_; }
@@ -92,9 +98,9 @@ public:
     std::optional<std::string> missing() const;
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
-    /// Moves the planes into `frame`, averaging colour. "variance" is that of the mean's luminance, 0 of one sample. In
-    /// holes alpha is 0, depth NaN and colour extrapolated from around them, but for planes that were handed over
-    /// whole.
+    /// Moves the planes into `frame`, averaging colour. "reference" is 0 where tiles brought none. "variance" is that
+    /// of the mean's luminance, 0 of one sample. In holes alpha is 0, depth NaN and colour extrapolated from around
+    /// them, but for planes that were handed over whole.
     void finish(Frame& frame);
 
 private:
@@ -103,12 +109,16 @@ private:
         bool surfaces = false;
     };
     es_tile tile(std::uint32_t id) const;
+    bool is_whole() const;
+    std::uint32_t all_tiles() const { return tile_count_ + static_cast<std::uint32_t>(references_.corners.size()); }
     std::uint32_t tile_at(int x, int y) const {
         return static_cast<std::uint32_t>(y / tile_side_) * tiles_across_ + static_cast<std::uint32_t>(x / tile_side_);
     }
     void start_film();
     void mark_answered(const TilePixels& pixels);
+    float* reference_sum(const es_tile& tile);
     void average_colour();
+    void average_references();
     void finish_guides();
     void leave_holes();
     float* real_target(const std::string& name);
@@ -138,6 +148,9 @@ private:
     FloatImage radiance_sum_, guide_sum_;
     Image<double> square_sum_;  ///< of luminance
     IdImage left_out_;          ///< colour samples that were not finite, per pixel
+    ReferenceTiles references_;
+    /// By reference tile, pixel by pixel: sums of radiance, and how many samples they are of.
+    std::vector<float> reference_sums_;
 };
 
 // Pixels that nobody looks at, coloured so that a picture codes well.

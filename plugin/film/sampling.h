@@ -38,6 +38,9 @@ constexpr std::uint64_t frame_key(std::uint64_t sequence_seed, std::int64_t fram
 /// Samples are counted from 0; this one stands for the pixel-centre ray.
 inline constexpr std::uint32_t geometry_sample = std::uint32_t{1} << 20;
 
+/// Of those that are in no picture (reference_tiles.h).
+inline constexpr std::uint32_t first_reference_sample = geometry_sample + 1;
+
 /// Distinct for distinct (pixel, sample) of one frame: pixels take 28 bits, samples 21.
 constexpr std::uint64_t ray_seed(std::uint64_t key, std::uint32_t pixel, std::uint32_t sample) {
     return mixed(key ^ (std::uint64_t{pixel} << 21 | sample));

@@ -209,16 +209,16 @@ std::optional<float> get_crf(Reader& in) {
 }
 
 /// A byte that says whether it was measured, then the losses.
-void put_coding_loss(Writer& out, const std::optional<CodingLoss>& loss) {
+void put_visible_loss(Writer& out, const std::optional<VisibleLoss>& loss) {
     out.put(static_cast<std::uint8_t>(loss.has_value()));
     if (loss)
         out.append(loss->share_255);
 }
 
-std::optional<CodingLoss> get_coding_loss(Reader& in) {
-    if (!in.get_flag("whether the coding loss was measured"))
+std::optional<VisibleLoss> get_visible_loss(Reader& in) {
+    if (!in.get_flag("whether the visible loss was measured"))
         return std::nullopt;
-    CodingLoss loss;
+    VisibleLoss loss;
     std::ranges::copy(in.take(loss.share_255.size()), loss.share_255.begin());
     return loss;
 }
@@ -287,7 +287,7 @@ TaggedFrameInfo read_fields(Reader& in) {
     if (!in.at_end())
         info.crf = get_crf(in);
     if (!in.at_end())
-        info.coding_loss = get_coding_loss(in);
+        info.visible_loss = get_visible_loss(in);
     if (!in.at_end())
         info.moving = get_moving(in, tagged.role, info.camera);
     if (!in.at_end())
@@ -383,7 +383,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.append(patches);
     fields.put(static_cast<std::uint8_t>(info.depth_code && info.depth_code->halved));
     fields.put(info.crf.value_or(no_crf));
-    put_coding_loss(fields, info.coding_loss);
+    put_visible_loss(fields, info.visible_loss);
     const auto moving = role == TrackRole::main ? pack_motion(info) : std::vector<std::uint8_t>();
     if (moving.size() > max_motion_bytes)
         throw InputError(expected_found("motion", "at most " + std::to_string(max_motion_bytes) + " bytes",

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,14 +23,18 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
     return a.width() == b.width() && a.height() == b.height();
 }
 
+/// With plane "reference" where the file has one.
 std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) {
-    try {
-        Frame frame = read_exr(sources.looked_at().folder / frame_file_name(sources.frames[position]), {"colour"});
-        frame.info.index = sources.frames[position];
-        return frame.planes.contains("colour") ? std::optional(std::move(frame)) : std::nullopt;
-    } catch (const InputError&) {
-        return std::nullopt;
-    }
+    const auto file = sources.looked_at().folder / frame_file_name(sources.frames[position]);
+    for (const std::vector<std::string>& planes : {std::vector<std::string>{"colour", "reference"}, {"colour"}})
+        try {
+            Frame frame = read_exr(file, planes);
+            frame.info.index = sources.frames[position];
+            return frame.planes.contains("colour") ? std::optional(std::move(frame)) : std::nullopt;
+        } catch (const InputError&) {
+            // The plane is missing, or the file is broken.
+        }
+    return std::nullopt;
 }
 
 /// Pictures as clients show them who ask for nothing in particular.
@@ -57,7 +62,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
     const cli::ScratchFolder scratch("encode");
     const ColourCoding coding(settings.transfer);
     const AsShown shown(settings.transfer);
-    std::vector<ByteImage> pictures;
+    std::vector<ByteImage> pictures, references;
     std::optional<StreamWriter> writer;
     for (std::size_t i = range.first; i < range.last; ++i) {
         const std::optional<Frame> frame = colour_frame(sources, i);
@@ -76,18 +81,28 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         }
         picture.write(*writer, frame->info);
         pictures.push_back(std::move(rgb));
+        const auto reference = frame->planes.find("reference");
+        references.push_back(reference == frame->planes.end()
+                                 ? ByteImage()
+                                 : reference_picture(reference->second, [&](ImageView<const float> linear) {
+                                       Picture many_samples;
+                                       coding(linear, frame->info.exposure, many_samples);
+                                       return shown(many_samples);
+                                   }));
     }
     if (pictures.empty())
         return {};
     writer->finish();
-    CodingLossMeter meter;
+    VisibleLossMeter meter;
     StreamReader reader(scratch.file("trial.nut"), {.pq = true});
-    for (const ByteImage& picture : pictures) {
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
         const auto decoded = reader.next();
         const ByteImage seen = decoded ? shown(*decoded) : ByteImage();
-        if (!same_size(seen, picture))
+        if (!same_size(seen, pictures[i]))
             throw WorkError("a trial of colour could not be read back");
-        meter.add(picture.view(), seen.view());
+        meter.add(pictures[i].view(), seen.view());
+        if (!references[i].empty())
+            meter.add_reference(seen.view(), references[i].view());
     }
     return {int(pictures.size()), double(writer->bytes().front()) / double(pictures.size()), meter.loss()};
 }

@@ -18,7 +18,7 @@ struct TrialRange {
 struct ColourTrial {
     int frames = 0;
     double bytes = 0;  ///< a frame
-    std::optional<CodingLoss> loss;
+    std::optional<VisibleLoss> loss;
 };
 
 /// Made when it is first asked for. Borrows its arguments; `settings` are the stream's, all but its tracks.

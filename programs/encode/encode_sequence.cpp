@@ -203,7 +203,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
             const auto began = Clock::now();
             FrameInfo info = picture.info;
             if (picture.role == looked_at)
-                info.coding_loss = report.colour.loss;
+                info.visible_loss = report.colour.loss;
             if (picture.motion)
                 report.motion->add(*picture.motion, info);
             picture.write(writer, info);

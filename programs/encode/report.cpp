@@ -180,9 +180,9 @@ nlohmann::ordered_json encode_json(const EncodeRequest& request, const AsTyped& 
           {"count", report.settings.pictures}}},
         {"left_out", request.sources.left_out},
         {"not_finite_samples", report.not_finite_samples},
-        {"coding_loss", report.colour.loss ? nlohmann::json{{"frames", report.colour.frames},
-                                                            {"by_texture", coding_loss_to_json(*report.colour.loss)}}
-                                           : nlohmann::json()},
+        {"visible_loss", report.colour.loss ? nlohmann::json{{"frames", report.colour.frames},
+                                                             {"by_texture", visible_loss_to_json(*report.colour.loss)}}
+                                            : nlohmann::json()},
         {"tracks", tracks},
         {"mirrors_left_out_share", cli::or_null(report.images_left_out_share)},
         {"motion", motion_json(report)},

@@ -85,15 +85,15 @@ nlohmann::json moving_json(const std::vector<MovingRegion>& regions) {
     return json;
 }
 
-/// Of CodingLoss::textures, as an example of much.
+/// Of VisibleLoss::textures, as an example of much.
 constexpr std::size_t textured = 4;
 
-std::string coding_loss_text(const FrameInfo& info) {
-    if (!info.coding_loss)
+std::string visible_loss_text(const FrameInfo& info) {
+    if (!info.visible_loss)
         return "";
-    const auto percent = [&](float texture) { return 100 * double(loss_at(*info.coding_loss, texture)); };
+    const auto percent = [&](float texture) { return 100 * double(loss_at(*info.visible_loss, texture)); };
     return formatted(", after which %.2g %% of flat pixels are visibly off, %.2g %% of textured ones",
-                     percent(CodingLoss::textures.front()), percent(CodingLoss::textures[textured]));
+                     percent(VisibleLoss::textures.front()), percent(VisibleLoss::textures[textured]));
 }
 
 }  // namespace
@@ -138,7 +138,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"denoiser", info.denoiser.empty() ? nlohmann::json() : nlohmann::json(info.denoiser)},
             {"depth_code", depth_code_json(info)},
             {"crf", cli::or_null(info.crf)},
-            {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()},
+            {"visible_loss", info.visible_loss ? visible_loss_to_json(*info.visible_loss) : nlohmann::json()},
             {"moving", moving_json(info.moving)}};
 }
 
@@ -153,7 +153,7 @@ std::string shared_text(const FrameInfo& info) {
     if (!info.denoiser.empty())
         text += "  denoised   by " + shown(info.denoiser) + "\n";
     if (info.crf)
-        text += formatted("  coded      at CRF %g", double(*info.crf)) + coding_loss_text(info) + "\n";
+        text += formatted("  coded      at CRF %g", double(*info.crf)) + visible_loss_text(info) + "\n";
     if (info.depth_code)
         text += depth_code_text(*info.depth_code);
     if (info.window_columns == 0)

@@ -34,7 +34,7 @@ constexpr GeometryModules geometry_modules{.ray = {.depth = ray_depth}, .drawn =
 FrameInfo without_coding(FrameInfo info) {
     info.depth_code.reset();
     info.crf.reset();
-    info.coding_loss.reset();
+    info.visible_loss.reset();
     info.moving.clear();
     return info;
 }

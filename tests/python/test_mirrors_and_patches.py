@@ -305,7 +305,7 @@ def test_reliability_knows_how_coarsely_colours_were_coded(frames, run, tmp_path
     frame = next(feed)
     pose = es.Pose((0.1, 0, 0))
     told = engine(frame, CAMERA, pose, reliability=True, risks=True)
-    measured, frame.main.info.coding_loss = frame.main.info.coding_loss, None
+    measured, frame.main.info.visible_loss = frame.main.info.visible_loss, None
     usual = engine(frame, CAMERA, pose, risks=True)
     frame.main.info.crf = None
     untold = engine(frame, CAMERA, pose, reliability=True, risks=True)
@@ -315,7 +315,7 @@ def test_reliability_knows_how_coarsely_colours_were_coded(frames, run, tmp_path
     with pytest.raises(es.InputError):
         frame.main.info.crf = 52
     with pytest.raises(es.InputError):
-        frame.main.info.coding_loss = [1.5, *measured[1:]]
+        frame.main.info.visible_loss = [1.5, *measured[1:]]
 
 
 def test_a_stream_says_what_coding_took(frames, run, tmp_path):
@@ -333,7 +333,35 @@ def test_a_stream_says_what_coding_took(frames, run, tmp_path):
     seen = pixels > 100
     assert seen.sum() >= 4 and (lost / pixels.clip(1))[seen].max() > 0.1
     for each in decoded:
-        assert np.abs(np.array(each.main.info.coding_loss) - lost / pixels.clip(1))[seen].max() < 0.01
+        assert np.abs(np.array(each.main.info.visible_loss) - lost / pixels.clip(1))[seen].max() < 0.01
+
+
+def test_a_stream_says_what_noise_and_denoising_and_coding_took(run, tmp_path):
+    """Where frames have the plane `reference`, the encoder compares what is decoded with that; so does the package, of frames themselves."""
+    frames, stream = tmp_path / "frames", tmp_path / "noisy.mkv"
+    run("scene", "generate", "motion", "--out", tmp_path / "scene")
+    run("render", tmp_path / "scene/motion.json", "--frames", "0-7", "--size", "512x256", "--spp", 4, "--aovs", "depth,reference", "--out", frames)
+    run("encode", frames, "--fill", "none", "--mirrors", "none", "--depth", "none", "--crf", 20, "--out", stream)
+    lost, pixels = np.zeros((2, len(es.CODING_TEXTURES)))
+    decoded = list(es.open_feed(stream))
+    for frame, picture in zip(es.Sequence(frames / "centre"), (each.main for each in decoded), strict=True):
+        known = frame["reference"][:, :, 3] > 0
+        should_be = es.to_display(frame["reference"], frame.info.exposure).astype(int)
+        off = np.abs(should_be - picture.rgb).max(axis=2) > es.RELIABILITY_TOLERANCE
+        share = hats(texture(picture.rgb)) * known[:, :, None]
+        lost += (share * off[:, :, None]).sum(axis=(0, 1))
+        pixels += share.sum(axis=(0, 1))
+    seen = pixels > 101
+    assert 300 < pixels.sum() < 500 and seen.any()
+    for each in decoded:
+        assert np.abs(np.array(each.main.info.visible_loss) - lost / pixels.clip(1))[seen].max() < 0.01
+    frame = es.read_frame(next((frames / "centre").glob("*.exr")))
+    engine, coding = es.Reprojector("rotation", fill="none"), es.RISKS.index("coding")
+    brighter = np.dstack([4 * frame["colour"][:, :, :3], np.ones(frame["depth"].shape[:2], np.float32)])
+    wrong = es.Frame(frame.info, {**frame.planes, "reference": brighter})
+    assert engine(wrong, CAMERA, es.Pose((0.1, 0, 0)), risks=True).risks[:, :, coding].max() > 1
+    unknown = es.Frame(frame.info, {"colour": frame["colour"]})
+    assert not engine(unknown, CAMERA, es.Pose((0.1, 0, 0)), risks=True).risks[:, :, coding].any()
 
 
 def texture(rgb):

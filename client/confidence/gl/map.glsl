@@ -86,7 +86,7 @@ void main() {
     risks[RISK_OUTSIDE] = n.eye.y;
     risks[RISK_FILL_DEPTH] = origin == ORIGIN_SOURCE ? 0.0 : log_of(float(texelFetch(fill_depth, at, 0).x));
     risks[RISK_BRIGHTNESS] = max(colour.r, max(colour.g, colour.b));
-    risks[RISK_CODING] = log_of(TWENTIETHS * coding_loss(risks[RISK_TEXTURE]));
+    risks[RISK_CODING] = log_of(TWENTIETHS * visible_loss(risks[RISK_TEXTURE]));
     int group = mirrored ? GROUP_MIRRORED : n.group_of_origin[origin / 4u][origin % 4u];
     float entry = min(weighted_sum(group, risks) * ENTRIES_PER_UNIT, float(TABLE_SIZE - 1));
     imageStore(reliability, at, vec4(float(texelFetch(shares, ivec2(int(entry), group), 0).x) / 255.0));

@@ -30,8 +30,8 @@ void add_flat(ivec3 at, inout float risks[RISKS]) {
     risks[RISK_PARALLAX] = log_of(numbers[at.z].eye.x * numbers[at.z].centre.w);
 }
 
-/// loss_at (coding_loss.h), as a sum of lines each of which rises over one stretch of texture only.
-float coding_loss(float texture_here) {
+/// loss_at (visible_loss.h), as a sum of lines each of which rises over one stretch of texture only.
+float visible_loss(float texture_here) {
     const float textures[] = LOSS_TEXTURES;
     float loss = losses[0][0];
     for (int i = 0; i + 1 < textures.length(); ++i) {

@@ -4,7 +4,7 @@
 #include <client/confidence/reliability.h>
 #include <client/fill/push_pull.h>
 
-#include <equistream/coding_loss.h>
+#include <equistream/visible_loss.h>
 
 #include <glm/vec4.hpp>
 
@@ -21,7 +21,7 @@ namespace equistream::gl {
 namespace {
 
 constexpr int origin_words = 12;
-static_assert(pixel_origin_count <= origin_words && risk_count == 16 && CodingLoss::textures.size() == 8);
+static_assert(pixel_origin_count <= origin_words && risk_count == 16 && VisibleLoss::textures.size() == 8);
 
 /// As std140 has it (map_numbers.glsl).
 struct EyeNumbers {
@@ -32,7 +32,7 @@ struct EyeNumbers {
 struct MapNumbers {
     std::array<EyeNumbers, max_eyes> eyes;
     std::array<std::array<GLfloat, risk_count>, risk_group_count> weights;
-    std::array<GLfloat, CodingLoss::textures.size()> losses;
+    std::array<GLfloat, VisibleLoss::textures.size()> losses;
 };
 
 EyeNumbers eye_numbers(const RiskNumbers& n, bool has_depth, bool untouched) {
@@ -91,8 +91,8 @@ void ReliabilityMap::set_numbers(const SourceView& source, const JudgedEyes& jud
     }
     for (std::size_t i = 0; i < numbers.weights.size(); ++i)
         numbers.weights[i] = reliability_model::groups[i].weights;
-    const CodingLoss loss = options.coding_loss.value_or(CodingLoss{});
-    std::ranges::transform(CodingLoss::textures, numbers.losses.begin(),
+    const VisibleLoss loss = options.visible_loss.value_or(VisibleLoss{});
+    std::ranges::transform(VisibleLoss::textures, numbers.losses.begin(),
                            [&](float texture) { return loss_at(loss, texture); });
     glNamedBufferSubData(numbers_.name(), 0, sizeof numbers, &numbers);
 }

@@ -11,7 +11,7 @@ Errors are InputError (a ValueError: nothing was done) and WorkError (a RuntimeE
 what was found in one line.
 """
 
-from ._core import CODING_TEXTURES, InputError, MovingRegion, PatchAtlas, PosePath, WorkError
+from ._core import CODING_TEXTURES, InputError, MovingRegion, PatchAtlas, PosePath, VisibleLossMeter, WorkError
 from ._core import version as __version__
 from .cameras import EquirectCamera, FrameInfo, PerspectiveCamera, Pose, eye_pose, frame_info
 from .colour import DisplayTransform, false_colour, quantise_8bit, to_display
@@ -23,7 +23,8 @@ from .streams import Feed, FeedFrame, FeedPicture, Picture, Stream, open_feed, o
 __all__ = [
     "AOVS", "CODING_TEXTURES", "DisplayTransform", "EquirectCamera", "EyePicture", "FILL_PASSES", "Feed", "FeedFrame", "FeedPicture", "Frame",
     "FrameInfo", "InputError", "METHODS", "MIRRORS", "MovingRegion", "ORIGINS", "PatchAtlas", "PatchRays", "PerspectiveCamera", "Picture", "Pose", "PosePath",
-    "RELIABILITY_TOLERANCE", "RISKS", "RISK_GROUPS", "Reprojector", "SceneDepth", "Sequence", "SequenceWriter", "Stream", "WorkError", "__version__",
+    "RELIABILITY_TOLERANCE", "RISKS", "RISK_GROUPS", "Reprojector", "SceneDepth", "Sequence", "SequenceWriter", "Stream",
+    "VisibleLossMeter", "WorkError", "__version__",
     "eye_pose", "false_colour", "frame_info", "open_feed", "open_stream", "patch_rays", "quantise_8bit", "read_frame", "read_frame_info",
     "reproject", "to_display", "write_frame",
 ]

@@ -131,6 +131,16 @@ def _view(picture: Any, where: str) -> _View:
                  plane(specular, "specular"), plane(virtual_depth, "virtual depth"))
 
 
+def _measured_loss(source: Any, info: FrameInfo) -> Optional[_core.VisibleLossMeter]:
+    if not isinstance(source, Frame) or "reference" not in source or info.visible_loss is not None or info.crf is not None:
+        return None
+    reference, shown = source["reference"], to_display(source["colour"], info.exposure)
+    known = np.uint8(255 * (reference[:, :, 3] > 0))
+    meter = _core.VisibleLossMeter()
+    meter.add_reference(shown, np.dstack([to_display(reference, info.exposure), known]))
+    return meter
+
+
 def _layer(picture: FeedPicture) -> Optional[_core.Source]:
     """A second layer, whose depth is NaN where there is none; nothing where it came without depth."""
     if (picture.rgb is None and picture.yuv is None) or picture.depth_m is None:
@@ -199,7 +209,8 @@ class Reprojector:
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
-        unless given, the source's own if its own depth is used, else 0. What a codec took from the colours `source.info` says: `coding_loss`, or what is usual at its `crf`.
+        unless given, the source's own if its own depth is used, else 0. How visibly off the colours are `source.info` says: `visible_loss`, or what
+        is usual at its `crf`. A Frame that says neither is measured by its plane `reference`, if it has one.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
@@ -244,7 +255,8 @@ class Reprojector:
             [_view(picture, "earlier").core(True) for picture in earlier])
         if depth_tolerance_w is None:
             depth_tolerance_w = main.info.depth_tolerance_w if depth is None else 0.0
-        assess = _core.Assess(reliability, risks, depth_tolerance_w, main.info)
+        measured = _measured_loss(source, main.info) if reliability or risks else None
+        assess = _core.Assess(reliability, risks, depth_tolerance_w, main.info, measured)
         found = self._core.reproject(main.core(by_depth), fill_from, camera, pose, eye_depth, assess)
         return EyePicture(found["rgba"], found["origin"], found["origin_before_fill"] == 0, found["filled"], found["mirrors"], camera, pose,
                           found["depth_m"] if eye_depth is None else eye_depth[:, :, 0], found["reliability"] if reliability else None,

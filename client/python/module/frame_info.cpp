@@ -44,22 +44,29 @@ void set_word(Enum& field, const char* name, const std::string& value, const cha
     field = static_cast<Enum>(found - names);
 }
 
-using ShareByTexture = std::array<double, CodingLoss::textures.size()>;
+using ShareByTexture = std::array<double, VisibleLoss::textures.size()>;
 
-ShareByTexture shares_of(const CodingLoss& loss) {
+ShareByTexture shares_of(const VisibleLoss& loss) {
     ShareByTexture shares;
-    std::ranges::transform(CodingLoss::textures, shares.begin(), [&](float t) { return double(loss_at(loss, t)); });
+    std::ranges::transform(VisibleLoss::textures, shares.begin(), [&](float t) { return double(loss_at(loss, t)); });
     return shares;
 }
 
-CodingLoss coding_loss(const ShareByTexture& shares) {
-    CodingLoss loss;
+VisibleLoss visible_loss(const ShareByTexture& shares) {
+    VisibleLoss loss;
     for (std::size_t i = 0; i < shares.size(); ++i) {
         double checked = 0;
-        set_number(checked, "coding_loss", shares[i], {0, 1});
+        set_number(checked, "visible_loss", shares[i], {0, 1});
         loss.share_255[i] = std::uint8_t(std::lround(255 * checked));
     }
     return loss;
+}
+
+void require_same_size(const ArrayIn<std::uint8_t>& a, const ArrayIn<std::uint8_t>& b) {
+    if (a.shape(0) != b.shape(0) || a.shape(1) != b.shape(1) || a.shape(2) < 3 || b.shape(2) < 3)
+        throw InputError(expected_found("VisibleLossMeter", "two pictures of one size, RGB or RGBA",
+                                        size_text(int(a.shape(1)), int(a.shape(0))) + " and " +
+                                            size_text(int(b.shape(1)), int(b.shape(0)))));
 }
 
 std::string repr(const FrameInfo& info) {
@@ -143,13 +150,15 @@ void bind_frame_info(nb::module_& m) {
             "Quality that the picture's track of a stream was coded at, 0 (best) to 51; None: not coded, without loss, "
             "or not said.")
         .def_prop_rw(
-            "coding_loss",
-            [](const FrameInfo& i) { return i.coding_loss ? std::optional(shares_of(*i.coding_loss)) : std::nullopt; },
+            "visible_loss",
+            [](const FrameInfo& i) {
+                return i.visible_loss ? std::optional(shares_of(*i.visible_loss)) : std::nullopt;
+            },
             [](FrameInfo& i, const std::optional<ShareByTexture>& v) {
-                i.coding_loss = v ? std::optional(coding_loss(*v)) : std::nullopt;
+                i.visible_loss = v ? std::optional(visible_loss(*v)) : std::nullopt;
             },
             nb::for_setter(nb::arg("value").none()),
-            "What that took from the colours as the encoder measured it: shares of pixels that are off by more than "
+            "How visibly off the colours are, as the encoder measured it: shares of pixels that are off by more than "
             "RELIABILITY_TOLERANCE, where the decoded picture's texture is CODING_TEXTURES; None: nobody said.")
         .def_ro(
             "moving", &FrameInfo::moving, nb::rv_policy::copy,
@@ -158,7 +167,33 @@ void bind_frame_info(nb::module_& m) {
                 "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
                 "else None.")
         .def("__repr__", &repr);
-    m.attr("CODING_TEXTURES") = nb::cast(CodingLoss::textures);
+    nb::class_<VisibleLossMeter>(m, "VisibleLossMeter",
+                                 "How visibly off pictures are, by the texture around their pixels; pictures are "
+                                 "display-referred 8-bit.")
+        .def(nb::init<>())
+        .def(
+            "add",
+            [](VisibleLossMeter& meter, const ArrayIn<std::uint8_t>& picture, const ArrayIn<std::uint8_t>& decoded) {
+                require_same_size(picture, decoded);
+                meter.add(view_of(picture), view_of(decoded));
+            },
+            nb::arg("picture"), nb::arg("decoded"), "One picture before and after coding.")
+        .def(
+            "add_reference",
+            [](VisibleLossMeter& meter, const ArrayIn<std::uint8_t>& shown, const ArrayIn<std::uint8_t>& reference) {
+                require_same_size(shown, reference);
+                if (reference.shape(2) != 4)
+                    throw InputError(
+                        expected_found("reference", "RGBA", std::to_string(reference.shape(2)) + " channels"));
+                meter.add_reference(view_of(shown), view_of(reference));
+            },
+            nb::arg("shown"), nb::arg("reference"),
+            "What is shown, and RGBA of the same size: what it should be, where A is not 0.")
+        .def(
+            "loss", [](const VisibleLossMeter& meter) { return shares_of(meter.loss()); },
+            "Shares of pixels that are off by more than RELIABILITY_TOLERANCE, where the texture is CODING_TEXTURES: "
+            "by references where there were enough, else what coding took.");
+    m.attr("CODING_TEXTURES") = nb::cast(VisibleLoss::textures);
     m.def(
         "eye_pose",
         [](const Camera& camera, const Pose& head, const std::string& eye, double ipd_m, const std::string& lock) {

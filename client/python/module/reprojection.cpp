@@ -123,7 +123,7 @@ struct FillViews {
 struct Assess {
     bool reliability = false, risks = false;
     double depth_tolerance_w = 0;
-    std::optional<CodingLoss> coding_loss{};
+    std::optional<VisibleLoss> visible_loss{};
 };
 
 class Reprojector {
@@ -164,7 +164,7 @@ public:
                 fill_pass->set_frame(views.inputs(error_budget_px_, base_engine_));
             filled = fill_gaps(chain_, eye, picture);
             const ReliabilityOptions options =
-                confidence_options(assess.depth_tolerance_w, assess.coding_loss, steps_.mirrors());
+                confidence_options(assess.depth_tolerance_w, assess.visible_loss, steps_.mirrors());
             if (assess.reliability)
                 steps_.judge(eye, picture, options);
             if (assess.risks) {
@@ -269,10 +269,13 @@ void bind_reprojection(nb::module_& m) {
     nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
         .def(
             "__init__",
-            [](Assess* self, bool reliability, bool risks, double depth_tolerance_w, const FrameInfo& info) {
-                new (self) Assess{reliability, risks, depth_tolerance_w, coding_loss_of(info)};
+            [](Assess* self, bool reliability, bool risks, double depth_tolerance_w, const FrameInfo& info,
+               const VisibleLossMeter* measured) {
+                new (self) Assess{reliability, risks, depth_tolerance_w,
+                                  measured != nullptr ? std::optional(measured->loss()) : visible_loss_of(info)};
             },
-            nb::arg("reliability"), nb::arg("risks"), nb::arg("depth_tolerance_w"), nb::arg("info"));
+            nb::arg("reliability"), nb::arg("risks"), nb::arg("depth_tolerance_w"), nb::arg("info"),
+            nb::arg("measured").none());
     nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
         .def_ro("source", &DepthNeeds::source)
         .def_ro("eye", &DepthNeeds::eye)

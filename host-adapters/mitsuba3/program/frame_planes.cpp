@@ -11,6 +11,7 @@
 namespace equistream::mitsuba_host {
 namespace {
 
+constexpr std::size_t rays_of_a_launch = 1 << 16;
 constexpr float miss = std::numeric_limits<float>::infinity();
 
 std::size_t channel_of(const PassResult& pass, std::string_view name) {
@@ -205,16 +206,28 @@ std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_
         for (std::uint32_t i = 0; i < pixels; ++i)
             surfaces[i].distance_m = distances[i];
         es_tile_put_surfaces(task.frame, &tile, surfaces.data());
-        for (std::uint32_t sample = 0; sample < tile.sample_count && !*task.stop; ++sample) {
-            const std::uint32_t count = es_tile_colour_rays(task.frame, &tile, sample, rays_.data());
-            std::vector<float> rgba = scene_.radiance(batch(asked(count)), sensor, seed_of(tile.id, sample));
+        std::vector<es_ray> rays;
+        for (std::uint32_t sample = 0; sample < tile.sample_count && !*task.stop;) {
+            // Passes of a small tile go together: each launch costs.
+            rays.clear();
+            const std::uint32_t first = sample;
+            std::uint32_t count = 0;
+            do {
+                count = es_tile_colour_rays(task.frame, &tile, sample++, rays_.data());
+                rays.insert(rays.end(), rays_.begin(), rays_.begin() + count);
+            } while (sample < tile.sample_count && rays.size() + count <= rays_of_a_launch);
+            std::vector<float> rgba = scene_.radiance(batch(rays), sensor, seed_of(tile.id, first));
             for (std::size_t i = 0; i < rgba.size(); i += 4)
                 left_out += !std::all_of(&rgba[i], &rgba[i] + 4, [](float v) { return std::isfinite(v); });
             rgba.resize(std::max<std::size_t>(rgba.size(), 4));  // no pointer to nothing
-            es_tile_put_radiance(task.frame, &tile, rgba.data());
-            if (task.stream->wants_guides())
-                es_tile_put_guides(task.frame, &tile, guides(batch(asked(count))).data());
-            task.paths_traced(count);
+            for (std::size_t pass = 0; pass < sample - first; ++pass)
+                es_tile_put_radiance(task.frame, &tile, &rgba[pass * count * 4]);
+            if (task.stream->wants_guides()) {
+                const std::vector<float> all = guides(batch(rays));
+                for (std::size_t pass = 0; pass < sample - first; ++pass)
+                    es_tile_put_guides(task.frame, &tile, &all[pass * count * guide_channels]);
+            }
+            task.paths_traced(rays.size());
         }
     }
     return left_out;

@@ -159,7 +159,11 @@ void MitsubaHost::render(const FrameTask& task) {
         render_planes(task);
         return;
     }
-    // Where rays begin no sensor of Mitsuba's can be told, so they come from the plugin, tile by tile.
+    render_tiles(task);
+}
+
+/// Where rays begin no sensor of Mitsuba's can be told, so they come from the plugin, tile by tile.
+void MitsubaHost::render_tiles(const FrameTask& task) {
     const auto start = Clock::now();
     const std::size_t sensor = sensor_of(*task.stream);
     TileRays rays(source_->scene(), source_->world());
@@ -210,6 +214,7 @@ void MitsubaHost::render_planes(const FrameTask& task) {
     planes.bring_home(world);
     planes.hand_over(task.frame, stream.aovs);
     left_out_samples_ += planes.left_out_samples();
+    render_tiles(task);  // those that are left: of group "reference"
 }
 
 HostFigures MitsubaHost::figures(double, nlohmann::json& json) const {

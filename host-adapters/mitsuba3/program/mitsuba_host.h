@@ -26,6 +26,7 @@ public:
 
 private:
     void render_planes(const render_command::FrameTask& task);
+    void render_tiles(const render_command::FrameTask& task);
     std::size_t sensor_of(const render_command::StreamSettings& stream) const;
     std::uint32_t seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const;
 

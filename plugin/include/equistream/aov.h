@@ -56,6 +56,7 @@ inline constexpr std::string_view guide_normal[] = {"guide_normal.X", "guide_nor
 inline constexpr std::string_view raw[] = {"raw.R", "raw.G", "raw.B"};
 inline constexpr std::string_view samples[] = {"samples"};
 inline constexpr std::string_view variance[] = {"variance"};
+inline constexpr std::string_view reference[] = {"reference.R", "reference.G", "reference.B", "reference.A"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -95,6 +96,8 @@ inline constexpr AovInfo aov_table[] = {
      "independent colour samples that the mean over this frame and earlier ones is worth", false},
     {"variance", "variance", aov_channels::variance, SampleType::real, true, "radiance^2",
      "of that mean's luminance, as estimated; of no meaning where samples is 0", false},
+    {"reference", "reference", aov_channels::reference, SampleType::half, true, "radiance",
+     "colour by many more samples at a few pixels, where A is 1; 0 elsewhere", false},
 };
 
 /// All planes, colour first.

@@ -56,7 +56,9 @@ typedef struct es_sequence_settings {
     double frames_per_second;
     double exposure;
     const char* output_dir;  /* the sequence's folder, made if missing */
-    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none"; others by name (aov.h) */
+    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none"; others by name (aov.h).
+                              * With "reference", tiles of colour passes alone follow all others: few and small, but
+                              * with many passes. By them is measured how visibly off the finished picture is */
     const char* scene_name;  /* for the record; UTF-8, at most 255 bytes */
     const char* host_name;   /* renderer, version, build: no other adds to its frames; UTF-8, at most 255 bytes */
     const char* command;     /* for the manifest; may be NULL */
@@ -123,7 +125,8 @@ typedef struct es_frame_settings {
     const es_sequence* window;
 } es_frame_settings;
 
-/* A rectangle of pixels to render. Filled by es_frame_next_tile; treat as read-only. */
+/* A rectangle of pixels to render; of group "reference" it overlaps others. Filled by es_frame_next_tile; treat as
+ * read-only. */
 typedef struct es_tile {
     uint32_t id;
     int32_t x, y, width, height;
@@ -186,7 +189,8 @@ ES_API void es_sequence_close(es_sequence* sequence);
 /* Starts a frame. The caller ends or discards it. */
 ES_API es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* settings, es_frame** frame,
                                 es_error* error);
-/* Hands out each tile once: ES_OK, then ES_DONE. */
+/* Hands out each tile once: ES_OK, then ES_DONE. Where all other planes were handed over whole, tiles of group
+ * "reference" are left. */
 ES_API es_status es_frame_next_tile(es_frame* frame, es_tile* tile);
 /* Of a hidden layer, before any other ray of the tile: fills rays of which the film must know how far they go (to the
  * nearest surface between t_min and t_max) and returns how many; to be answered by es_tile_put_distances and asked
@@ -195,7 +199,7 @@ ES_API uint32_t es_tile_probe_rays(es_frame* frame, const es_tile* tile, es_ray*
 /* As many distances as there were probe rays, each from its ray's origin; +inf (or negative, NaN) for a miss. */
 ES_API void es_tile_put_distances(es_frame* frame, const es_tile* tile, const float* distances_m);
 /* Fills rays through the pixel centres and returns how many: pixel_count; of a hidden layer those alone that it has, of
- * an atlas those of used slots. */
+ * an atlas those of used slots, of a reference none. */
 ES_API uint32_t es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays);
 /* Fills jittered rays of colour pass `sample` (0 .. sample_count - 1), for the same pixels, and returns how many. */
 ES_API uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays);

@@ -1,11 +1,11 @@
 #pragma once
 /// A frame: one camera pose plus planes. This is what travels from a host to files, streams and the client.
 #include <equistream/camera.h>
-#include <equistream/coding_loss.h>
 #include <equistream/depth_code_info.h>
 #include <equistream/image.h>
 #include <equistream/object_motion.h>
 #include <equistream/patches.h>
+#include <equistream/visible_loss.h>
 #include <equistream/window.h>
 
 #include <cstdint>
@@ -59,17 +59,17 @@ struct FrameInfo {
     /// said. Not written to EXR files.
     std::optional<float> crf;
     /// What that took from the track's colours, where the encoder measured it. Not written to EXR files.
-    std::optional<CodingLoss> coding_loss;
+    std::optional<VisibleLoss> visible_loss;
     /// What of a main picture moves by itself, where somebody found out (`encode --motion`); empty: nothing, or not
     /// said. Not written to EXR files.
     std::vector<MovingRegion> moving;
 };
 
 /// As measured, else as usual at its CRF; nothing where that is not said.
-inline std::optional<CodingLoss> coding_loss_of(const FrameInfo& info) {
-    if (!info.coding_loss && info.crf)
+inline std::optional<VisibleLoss> visible_loss_of(const FrameInfo& info) {
+    if (!info.visible_loss && info.crf)
         return usual_coding_loss(double(*info.crf));
-    return info.coding_loss;
+    return info.visible_loss;
 }
 
 /// Size of a frame's picture: the camera's, or the atlas's.

@@ -40,7 +40,7 @@ ByteImage fill_depth(const ByteImage& origin);
 
 /// Differences of a picture's pixels, in the worst channel, in 1/255.
 struct Differences {
-    ByteImage contrast;  ///< contrast_of (coding_loss.h)
+    ByteImage contrast;  ///< contrast_of (visible_loss.h)
     /// The largest to the mean of two of them that face each other: of the pixel and of the eight around it at that
     /// step. (In the middle of an edge that a coarse source has spread the pixel is that mean; beside it it is not.)
     ByteImage detail;

@@ -233,7 +233,7 @@ void RiskPicture::row(int y, RiskRow& out) const {
         out.of(Risk::outside)[x] = s.numbers.outside;
         out.of(Risk::fill_depth)[x] = log_of(float(filled[x]));
         out.of(Risk::brightness)[x] = float(std::max({rgba[4 * x], rgba[4 * x + 1], rgba[4 * x + 2]})) * (1 / 255.0f);
-        out.of(Risk::coding)[x] = log_of(twentieths * loss_at(s.numbers.coding_loss, out.of(Risk::texture)[x]));
+        out.of(Risk::coding)[x] = log_of(twentieths * loss_at(s.numbers.visible_loss, out.of(Risk::texture)[x]));
     }
 }
 

@@ -1,6 +1,6 @@
 #include "plain_engines.h"
 
-#include <equistream/coding_loss.h>
+#include <equistream/visible_loss.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -124,7 +124,7 @@ TEST(ReliabilityMap, EveryInstructionSetMakesThePlainMap) {
             add_noise(played.picture);
             expect_possible_values(played.view(), played.eye, played.picture, {.depth_tolerance_w = 0.01});
             expect_possible_values(played.view(), played.eye, played.picture,
-                                   {.coding_loss = CodingLoss{{1, 5, 9, 30, 4, 4, 60, 255}}});
+                                   {.visible_loss = VisibleLoss{{1, 5, 9, 30, 4, 4, 60, 255}}});
         }
     Played still(ball_and_wall, smooth_colour, Pose{}, "surface", "none");
     add_noise(still.picture);

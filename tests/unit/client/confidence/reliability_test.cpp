@@ -172,8 +172,8 @@ TEST(Reliability, CodingCountsAsWhatItTookWhereThereIsSuchTexture) {
     Played played(ball_and_wall, smooth_colour, moved, "surface", "pushpull");
     std::ranges::fill(played.picture.rgba.samples().subspan(0, 160 * 4 * 40), std::uint8_t{90});
     const FloatImage whole = played.risks();
-    const CodingLoss loss{{40, 4, 8, 12, 16, 20, 60, 200}};  // most where nothing is left
-    const FloatImage coded = played.risks({.coding_loss = loss});
+    const VisibleLoss loss{{40, 4, 8, 12, 16, 20, 60, 200}};  // most where nothing is left
+    const FloatImage coded = played.risks({.visible_loss = loss});
     for (int y = 0; y < eye_camera.height; ++y)
         for (int x = 0; x < eye_camera.width; ++x) {
             ASSERT_EQ(risk_at(whole, Risk::coding, x, y), 0);
@@ -184,7 +184,7 @@ TEST(Reliability, CodingCountsAsWhatItTookWhereThereIsSuchTexture) {
     EXPECT_NEAR(risk_at(coded, Risk::coding, 80, 20), std::log2(1 + 20 * 40 / 255.0), 0.01);
     estimate_reliability(played.view(), played.eye, played.picture);
     const double uncoded = played.mean_where(PixelOrigin::source);
-    estimate_reliability(played.view(), played.eye, played.picture, {.coding_loss = loss});
+    estimate_reliability(played.view(), played.eye, played.picture, {.visible_loss = loss});
     EXPECT_LT(played.mean_where(PixelOrigin::source), uncoded);
 }
 

@@ -73,7 +73,7 @@ TEST_F(GlReliability, IsTheCpusWhateverMadeThePicture) {
             add_noise(pictures[1], 8);
             expect_the_cpus(played[0].view(), eyes, pictures, {.depth_tolerance_w = 0.01});
             expect_the_cpus(played[0].view(), eyes, pictures,
-                            {.coding_loss = CodingLoss{{1, 5, 9, 30, 4, 4, 60, 255}}});
+                            {.visible_loss = VisibleLoss{{1, 5, 9, 30, 4, 4, 60, 255}}});
         }
 }
 

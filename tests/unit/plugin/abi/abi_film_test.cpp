@@ -9,8 +9,6 @@ namespace {
 
 class AbiFilm : public AbiTest {
 protected:
-    Frame read(std::int64_t index) const { return read_exr(output + "/" + frame_file_name(index)); }
-
     /// What the frame's attribute equistream:leftOutSamples says; empty where it has none.
     std::string left_out_noted(std::int64_t index) const {
         std::ifstream file(output + "/" + frame_file_name(index), std::ios::binary);

@@ -3,6 +3,7 @@
 #include <tests/unit/plugin/export/frame_fixture.h>
 
 #include <equistream/equistream.h>
+#include <equistream/sequence.h>
 
 #include <functional>
 #include <thread>
@@ -74,6 +75,8 @@ protected:
         es_error error{};
         EXPECT_EQ(es_frame_end(frame, &error), ES_OK) << error.text;
     }
+
+    Frame read(std::int64_t index) const { return read_exr(output + "/" + frame_file_name(index)); }
 
     using Surface = std::function<es_surface(const es_ray&)>;
     using Radiance = std::function<glm::vec4(const es_ray&)>;

@@ -69,10 +69,10 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::output_dir, nullptr, "output_dir: expected a folder, found NULL");
     expect(&S::output_dir, "", "output_dir: expected a folder, found an empty name");
     expect(&S::aovs, nullptr, "aovs: expected groups such as \"depth,motion\", \"all\" or \"none\", found NULL");
-    expect(
-        &S::aovs, "depht",
-        "aovs: expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, samples, variance, all or "
-        "none, found \"depht\"");
+    expect(&S::aovs, "depht",
+           "aovs: expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, samples, variance, "
+           "reference, all or "
+           "none, found \"depht\"");
     expect(&S::aovs, "raw", "aovs: expected raw only where colour is denoised, found raw");
     expect(&S::aovs, "samples", "aovs: expected samples only where frames are accumulated, found samples");
     expect(&S::accumulate_frames, 1001u, "accumulate_frames: expected at most 1000, found 1001");

@@ -267,7 +267,7 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
     EXPECT_EQ(parse_aov_groups("none"), std::vector<std::string>{"colour"});
     EXPECT_EQ(parse_aov_groups("motion, depth"), (std::vector<std::string>{"colour", "depth", "backward", "forward"}));
     EXPECT_EQ(parse_aov_groups("all").size(), aov_catalogue().size() - 5);
-    EXPECT_EQ(parse_aov_groups("all,raw,guides,samples,variance").size(), aov_catalogue().size());
+    EXPECT_EQ(parse_aov_groups("all,raw,guides,samples,variance,reference").size(), aov_catalogue().size());
     for (const char* wrong : {"", "depht", "depth,,ids", "depth,none"}) {
         try {
             parse_aov_groups(wrong);
@@ -275,7 +275,7 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
         } catch (const InputError& error) {
             EXPECT_NE(std::string(error.what())
                           .find("expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, samples, "
-                                "variance, all or none"),
+                                "variance, reference, all or none"),
                       std::string::npos)
                 << error.what();
         }

@@ -17,8 +17,8 @@ constexpr std::size_t header_bytes = 20;  // UUID, version, size
 // Appended one after the other; each with all that come after it.
 constexpr std::size_t denoiser_bytes = 1 + 4;
 constexpr std::size_t moving_bytes = 2 + denoiser_bytes;  // size: nothing moves in a small view's pictures
-constexpr std::size_t coding_loss_bytes = 1 + 8 + moving_bytes;
-constexpr std::size_t crf_bytes = 4 + coding_loss_bytes;
+constexpr std::size_t visible_loss_bytes = 1 + 8 + moving_bytes;
+constexpr std::size_t crf_bytes = 4 + visible_loss_bytes;
 constexpr std::size_t halved_bytes = 1 + crf_bytes;
 constexpr std::size_t patches_bytes = 2 + 6 + 5 * 12 + 9 + halved_bytes;  // size; numbers, offsets, slots as below
 constexpr std::size_t depth_code_bytes = 23 + patches_bytes;
@@ -57,7 +57,7 @@ FrameInfo full_info() {
     info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u, true};
     info.patches = full_atlas();
     info.crf = 27.25f;
-    info.coding_loss = CodingLoss{{0, 255, 3, 4, 128, 6, 7, 8}};
+    info.visible_loss = VisibleLoss{{0, 255, 3, 4, 128, 6, 7, 8}};
     return info;
 }
 
@@ -143,7 +143,7 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
             size + depth_code_bytes + header_bytes == payload.size() ||
             size + patches_bytes + header_bytes == payload.size() ||
             size + halved_bytes + header_bytes == payload.size() || size + crf_bytes + header_bytes == payload.size() ||
-            size + coding_loss_bytes + header_bytes == payload.size() ||
+            size + visible_loss_bytes + header_bytes == payload.size() ||
             size + moving_bytes + header_bytes == payload.size() ||
             size + denoiser_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
@@ -153,15 +153,15 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
 
 TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    for (const std::size_t left_out : {denoiser_bytes, moving_bytes, coding_loss_bytes, crf_bytes, halved_bytes,
+    for (const std::size_t left_out : {denoiser_bytes, moving_bytes, visible_loss_bytes, crf_bytes, halved_bytes,
                                        patches_bytes, depth_code_bytes, geometry_bytes}) {
         auto payload = full_payload();
         payload.resize(payload.size() - left_out);
         overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
         const auto tagged = decode_frame_info(payload);
         ASSERT_TRUE(tagged);
-        if (left_out >= coding_loss_bytes)
-            expected.coding_loss.reset();
+        if (left_out >= visible_loss_bytes)
+            expected.visible_loss.reset();
         if (left_out >= crf_bytes)
             expected.crf.reset();
         if (expected.depth_code && left_out >= halved_bytes)
@@ -201,7 +201,7 @@ TEST(FrameInfoPayload, HostileDepthCodesAreErrors) {
     refuses(11, std::nextafter(0.2815, 1.0), "nearest depth outside");  // the same as a float
     refuses(11, 1e300, "nearest depth outside");
     refuses(depth_code_bytes - halved_bytes, std::uint8_t{2}, "halved");
-    refuses(depth_code_bytes - coding_loss_bytes, std::uint8_t{2}, "coding loss");
+    refuses(depth_code_bytes - visible_loss_bytes, std::uint8_t{2}, "visible loss");
 }
 
 TEST(FrameInfoPayload, OnlyDepthIsHalved) {

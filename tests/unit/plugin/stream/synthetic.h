@@ -120,7 +120,7 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
         expect_same_atlas(*a.patches, *b.patches);
     EXPECT_EQ(a.depth_code, b.depth_code);
     EXPECT_EQ(a.crf, b.crf);
-    EXPECT_EQ(a.coding_loss, b.coding_loss);
+    EXPECT_EQ(a.visible_loss, b.visible_loss);
 }
 
 }  // namespace equistream

@@ -18,11 +18,11 @@ TEST_F(Programs, EncodeSaysWhatCodingTakesOrWhyItDoesNot) {
     const std::string words = "encode '" + path("r") + "' --preset veryfast --crf 30 --json --out '";
     const Ran ran = run(words + path("a.mkv") + "'");
     ASSERT_EQ(ran.status, 0) << ran.errors;
-    const auto loss = nlohmann::json::parse(ran.output)["coding_loss"];
+    const auto loss = nlohmann::json::parse(ran.output)["visible_loss"];
     EXPECT_EQ(loss["frames"], 8);
-    ASSERT_EQ(loss["by_texture"].size(), CodingLoss::textures.size());
+    ASSERT_EQ(loss["by_texture"].size(), VisibleLoss::textures.size());
     const auto described = nlohmann::json::parse(run("info '" + path("a.mkv") + "' --json").output);
-    EXPECT_EQ(described["tracks"][0]["first_frame"]["coding_loss"], loss["by_texture"]);
+    EXPECT_EQ(described["tracks"][0]["first_frame"]["visible_loss"], loss["by_texture"]);
     EXPECT_NE(run("info '" + path("a.mkv") + "'").output.find("of flat pixels are visibly off"), std::string::npos);
 
     setenv("TMPDIR", path("nowhere").c_str(), 1);
@@ -30,7 +30,7 @@ TEST_F(Programs, EncodeSaysWhatCodingTakesOrWhyItDoesNot) {
     const Ran told = run("encode '" + path("r") + "' --preset veryfast --out '" + path("c.mkv") + "'");
     unsetenv("TMPDIR");
     ASSERT_EQ(without.status, 0) << without.errors;
-    EXPECT_TRUE(nlohmann::json::parse(without.output)["coding_loss"].is_null());
+    EXPECT_TRUE(nlohmann::json::parse(without.output)["visible_loss"].is_null());
     EXPECT_NE(told.output.find("was not measured"), std::string::npos) << told.output;
 }
 
@@ -78,8 +78,8 @@ TEST_F(Programs, EncodeMakesBothTracks) {
         const int width = main ? 192 : 96, height = main ? 96 : 64;
         FrameInfo expected = info(width, height, picture.info->index, main ? Eye::centre : Eye::right);
         expected.crf = 20.0f;
-        EXPECT_EQ(picture.info->coding_loss.has_value(), main);
-        expected.coding_loss = picture.info->coding_loss;
+        EXPECT_EQ(picture.info->visible_loss.has_value(), main);
+        expected.visible_loss = picture.info->visible_loss;
         expect_same_info(*picture.info, expected);
         EXPECT_GT(synthetic::psnr_db(picture.rgb, synthetic::picture(width, height, picture.info->index)), 33);
     }

@@ -152,7 +152,7 @@ ReceivedFrame streamed_frame(std::int64_t index) {
     frame.main.info.camera = EquirectCamera{256, 128, {}};
     frame.main.info.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 0.5, false}, 0, false};
     frame.main.info.crf = 30;
-    frame.main.info.coding_loss = CodingLoss{{1, 2, 3, 4, 5, 6, 7, 8}};
+    frame.main.info.visible_loss = VisibleLoss{{1, 2, 3, 4, 5, 6, 7, 8}};
     frame.main.info.moving = {{{}, 1, 2, {{100, 200, 250}}}};
     auto rendered = test::render(test::ball_and_wall, test::red_and_smooth, frame.main.info.camera, {});
     frame.main.rgb = std::move(rendered.rgb);
@@ -188,7 +188,7 @@ TEST_F(Eyes, VideosOfAStreamWithDepthAndMotionCanBeRead) {
         EXPECT_EQ(picture->info->index, index);
         EXPECT_EQ(picture->info->eye, Eye::right);
         EXPECT_FALSE(picture->info->depth_code);
-        EXPECT_FALSE(picture->info->coding_loss) << "the stream's, not this video's";
+        EXPECT_FALSE(picture->info->visible_loss) << "the stream's, not this video's";
         EXPECT_TRUE(picture->info->moving.empty()) << "regions of the sphere, not of this view";
     }
     EXPECT_EQ(reader.truncation(), "");

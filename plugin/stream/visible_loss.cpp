@@ -1,4 +1,4 @@
-#include <equistream/coding_loss.h>
+#include <equistream/visible_loss.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -17,7 +17,7 @@ namespace equistream {
 
 namespace {
 
-constexpr auto& textures = CodingLoss::textures;
+constexpr auto& textures = VisibleLoss::textures;
 constexpr double fewest_pixels = 100;
 using Range = tbb::blocked_range<int>;
 
@@ -33,7 +33,7 @@ std::uint8_t as_byte(double share) {
     return std::uint8_t(std::lround(255 * share));
 }
 
-/// Where a texture lies: so much of the way from one of CodingLoss::textures to the next.
+/// Where a texture lies: so much of the way from one of VisibleLoss::textures to the next.
 struct Between {
     std::size_t below = 0;
     float share = 0;
@@ -68,6 +68,30 @@ struct Counts {
         return *this;
     }
 };
+
+Counts counted(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> truth, bool where_opaque) {
+    assert(shown.width == truth.width && shown.height == truth.height && (truth.channels == 4 || !where_opaque));
+    const FloatImage contrast = mean_around(contrast_of(shown, 1), texture_steps);
+    return tbb::parallel_reduce(
+        Range(0, shown.height, 32), Counts(),
+        [&](const Range& rows, Counts found) {
+            for (int y = rows.begin(); y < rows.end(); ++y)
+                for (int x = 0; x < shown.width; ++x)
+                    if (!where_opaque || truth.pixel(x, y)[3] != 0)
+                        found.add(between(std::log2(1 + 0.5f * contrast.pixel(x, y)[0])),
+                                  worst_difference(truth.pixel(x, y), shown.pixel(x, y)) > visible_loss_255);
+            return found;
+        },
+        [](Counts a, const Counts& b) { return a += b; });
+}
+
+template <typename Sums>
+void add_counts(const Counts& counts, Sums& sums) {
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        sums.pixels[i] += double(counts.pixels[i]) / Counts::one;
+        sums.lost[i] += double(counts.lost[i]) / Counts::one;
+    }
+}
 
 }  // namespace
 
@@ -122,14 +146,14 @@ FloatImage mean_around(const ByteImage& image, int reach) {
     return means;
 }
 
-float loss_at(const CodingLoss& loss, float texture) {
+float loss_at(const VisibleLoss& loss, float texture) {
     const auto [below, share] = between(texture);
     const auto a = float(loss.share_255[below]), b = float(loss.share_255[below + 1]);
     return (a + (b - a) * share) * (1 / 255.0f);
 }
 
-CodingLoss usual_coding_loss(double crf) {
-    CodingLoss loss;
+VisibleLoss usual_coding_loss(double crf) {
+    VisibleLoss loss;
     for (std::size_t i = 0; i < textures.size(); ++i) {
         // Errors grow with what there is to lose and with the quantiser, and are spread as Laplace has it.
         const double deviation_255 = 1.3 * std::exp2(0.72 * double(textures[i]) + 0.096 * (crf - 16));
@@ -138,35 +162,32 @@ CodingLoss usual_coding_loss(double crf) {
     return loss;
 }
 
-void CodingLossMeter::add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded) {
-    assert(picture.width == decoded.width && picture.height == decoded.height);
-    const FloatImage contrast = mean_around(contrast_of(decoded, 1), texture_steps);
-    const Counts counts = tbb::parallel_reduce(
-        Range(0, picture.height, 32), Counts(),
-        [&](const Range& rows, Counts found) {
-            for (int y = rows.begin(); y < rows.end(); ++y)
-                for (int x = 0; x < picture.width; ++x)
-                    found.add(between(std::log2(1 + 0.5f * contrast.pixel(x, y)[0])),
-                              worst_difference(picture.pixel(x, y), decoded.pixel(x, y)) > visible_loss_255);
-            return found;
-        },
-        [](Counts a, const Counts& b) { return a += b; });
-    for (std::size_t i = 0; i < textures.size(); ++i) {
-        pixels_[i] += double(counts.pixels[i]) / Counts::one;
-        lost_[i] += double(counts.lost[i]) / Counts::one;
-    }
+void VisibleLossMeter::add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded) {
+    add_counts(counted(decoded, picture, false), coded_);
 }
 
-CodingLoss CodingLossMeter::loss() const {
-    CodingLoss loss;
+void VisibleLossMeter::add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference) {
+    add_counts(counted(shown, reference, true), referred_);
+}
+
+VisibleLoss VisibleLossMeter::loss() const {
+    if (const auto referred = referred_.loss())
+        return *referred;
+    return coded_.loss().value_or(VisibleLoss());
+}
+
+std::optional<VisibleLoss> VisibleLossMeter::Sums::loss() const {
+    if (std::ranges::none_of(pixels, [](double count) { return count >= fewest_pixels; }))
+        return std::nullopt;
+    VisibleLoss loss;
     for (std::size_t i = 0; i < textures.size(); ++i) {
         std::optional<std::size_t> nearest;
         for (std::size_t other = 0; other < textures.size(); ++other)
-            if (pixels_[other] >= fewest_pixels &&
+            if (pixels[other] >= fewest_pixels &&
                 (!nearest || std::abs(textures[other] - textures[i]) < std::abs(textures[*nearest] - textures[i])))
                 nearest = other;
         if (nearest)
-            loss.share_255[i] = as_byte(lost_[*nearest] / pixels_[*nearest]);
+            loss.share_255[i] = as_byte(lost[*nearest] / pixels[*nearest]);
     }
     return loss;
 }

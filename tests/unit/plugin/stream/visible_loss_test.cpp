@@ -1,6 +1,6 @@
 #include "synthetic.h"
 
-#include <equistream/coding_loss.h>
+#include <equistream/visible_loss.h>
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 #include <random>
+#include <span>
 
 namespace equistream {
 namespace {
@@ -51,24 +52,24 @@ TEST(Contrast, IsTheWorstChannelsDifferenceToWhatLiesAround) {
     EXPECT_EQ(contrast_of(picture.view(), 3).pixel(2, 1)[0], 0);
 }
 
-TEST(CodingLoss, LiesOnStraightLinesBetweenItsTextures) {
-    CodingLoss loss;
+TEST(VisibleLoss, LiesOnStraightLinesBetweenItsTextures) {
+    VisibleLoss loss;
     for (std::size_t i = 0; i < loss.share_255.size(); ++i)
         loss.share_255[i] = std::uint8_t(3 + 37 * i * i % 250);
     for (std::size_t i = 0; i + 1 < loss.share_255.size(); ++i) {
-        const float a = CodingLoss::textures[i], b = CodingLoss::textures[i + 1];
+        const float a = VisibleLoss::textures[i], b = VisibleLoss::textures[i + 1];
         const float at_a = loss.share_255[i], at_b = loss.share_255[i + 1];
         EXPECT_NEAR(loss_at(loss, a), at_a / 255, 1e-6);
         EXPECT_NEAR(loss_at(loss, a + 0.25f * (b - a)), (0.75f * at_a + 0.25f * at_b) / 255, 1e-6);
     }
-    EXPECT_EQ(loss_at(loss, CodingLoss::textures.back()), float(loss.share_255.back()) / 255);
+    EXPECT_EQ(loss_at(loss, VisibleLoss::textures.back()), float(loss.share_255.back()) / 255);
     EXPECT_EQ(loss_at(loss, 100), float(loss.share_255.back()) / 255);
 }
 
 /// What was taken from a picture in which nothing is left counts where nothing is left, not where it was.
-TEST(CodingLossMeter, CountsByTheTextureOfTheDecodedPicture) {
-    CodingLossMeter meter;
-    EXPECT_EQ(meter.loss(), CodingLoss{});
+TEST(VisibleLossMeter, CountsByTheTextureOfTheDecodedPicture) {
+    VisibleLossMeter meter;
+    EXPECT_EQ(meter.loss(), VisibleLoss{});
     const ByteImage flat = checkerboard(0), rich = checkerboard(14);
     ASSERT_EQ(texture_of(14), 3);
     meter.add(with_errors_of(flat, visible_loss_255 + 1).view(), flat.view());
@@ -77,7 +78,7 @@ TEST(CodingLossMeter, CountsByTheTextureOfTheDecodedPicture) {
     meter.add(with_errors_of(rich, visible_loss_255 + 1).view(), rich.view());
     for (int i = 0; i < 3; ++i)
         meter.add(with_errors_of(rich, visible_loss_255).view(), rich.view());
-    const CodingLoss loss = meter.loss();
+    const VisibleLoss loss = meter.loss();
     EXPECT_EQ(loss_at(loss, 0), 1);
     for (const float texture : {2.75f, 3.0f, 3.5f, 4.25f, 6.0f})  // between the first two the pixels are shared out
         EXPECT_NEAR(loss_at(loss, texture), 0.25, 0.5 / 255) << texture;
@@ -86,10 +87,37 @@ TEST(CodingLossMeter, CountsByTheTextureOfTheDecodedPicture) {
 }
 
 /// A handful of pixels at an edge is no measurement.
-TEST(CodingLossMeter, TexturesThatHardlyAnyPixelShowsHaveTheNearestOnesLoss) {
+TEST(VisibleLossMeter, GoesByReferencesWhereThereAreEnough) {
+    const ByteImage flat(200, 100, 3, 100);
+    ByteImage shown = flat;
+    for (int y = 0; y < 100; ++y)
+        for (int x = 0; x < 200; x += 2)
+            shown.pixel(x, y)[1] = 115;
+    VisibleLossMeter meter;
+    meter.add(shown.view(), shown.view());  // coding took nothing
+    EXPECT_EQ(meter.loss(), VisibleLoss());
+    ByteImage reference(200, 100, 4);
+    const auto know = [&](int tiles) {
+        for (int tile = 0; tile < tiles; ++tile)
+            for (int i = 0; i < 16; ++i)
+                std::ranges::fill(std::span(reference.pixel(4 * tile + i % 4, 40 + i / 4), 4), std::uint8_t{100});
+    };
+    know(6);
+    meter.add_reference(shown.view(), reference.view());
+    EXPECT_EQ(meter.loss(), VisibleLoss()) << "96 pixels are too few";
+    reference = ByteImage(200, 100, 4);
+    know(40);
+    meter = {};
+    meter.add(shown.view(), shown.view());
+    meter.add_reference(shown.view(), reference.view());
+    for (const std::uint8_t share : meter.loss().share_255)
+        EXPECT_NEAR(share, 127.5, 1) << "every second pixel is off by 15";
+}
+
+TEST(VisibleLossMeter, TexturesThatHardlyAnyPixelShowsHaveTheNearestOnesLoss) {
     ByteImage flat = checkerboard(0);
     std::fill_n(flat.pixel(0, 0), 3, std::uint8_t{255});  // within 9x9 pixels: texture up to 2
-    CodingLossMeter meter;
+    VisibleLossMeter meter;
     meter.add(with_errors_of(flat, 0).view(), flat.view());
     ByteImage off = flat;
     for (int y = 0; y < 5; ++y)
@@ -100,8 +128,8 @@ TEST(CodingLossMeter, TexturesThatHardlyAnyPixelShowsHaveTheNearestOnesLoss) {
 }
 
 /// The usual loss grows with the CRF and with texture.
-TEST(CodingLoss, UsualOnesGrowWithTheCrf) {
-    for (const float texture : CodingLoss::textures) {
+TEST(VisibleLoss, UsualOnesGrowWithTheCrf) {
+    for (const float texture : VisibleLoss::textures) {
         float before = 0;
         for (const double crf : {0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 51.0}) {
             const float loss = loss_at(usual_coding_loss(crf), texture);
@@ -125,14 +153,14 @@ double share_off(const ByteImage& a, const ByteImage& b) {
 }
 
 /// Fine noise is gone from what a coarse quantiser leaves, and both pictures together say so.
-TEST(CodingLossMeter, FindsWhatACodecTook) {
+TEST(VisibleLossMeter, FindsWhatACodecTook) {
     ByteImage noise = checkerboard(0);
     std::mt19937 random(5);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             std::fill_n(noise.pixel(x, y), 3, std::uint8_t(80 + random() % 41));
     synthetic::Folder folder;
-    CodingLoss losses[2];
+    VisibleLoss losses[2];
     double off[2];
     for (const bool coarse : {false, true}) {
         StreamSettings settings;
@@ -146,7 +174,7 @@ TEST(CodingLossMeter, FindsWhatACodecTook) {
         StreamReader reader(file);
         const auto decoded = reader.next();
         ASSERT_TRUE(decoded);
-        CodingLossMeter meter;
+        VisibleLossMeter meter;
         meter.add(noise.view(), decoded->rgb.view());
         losses[int(coarse)] = meter.loss();
         off[int(coarse)] = share_off(noise, decoded->rgb);

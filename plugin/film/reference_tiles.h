@@ -1,0 +1,22 @@
+#pragma once
+/// Small tiles of a frame that are sampled again, many times: what noise, denoising and coding make of the picture is
+/// measured there (visible_loss.h). Their samples are none of the picture's.
+#include <glm/vec2.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace equistream {
+
+struct ReferenceTiles {
+    static constexpr int side = 4;
+    static constexpr std::size_t pixels = std::size_t{side} * side;
+    std::vector<glm::ivec2> corners{};  ///< upper left ones; no two tiles share a pixel
+    std::uint32_t samples = 0;          ///< a pixel; 0: there are no such tiles
+};
+
+/// For a frame that is sampled so often. They take a fiftieth of the frame's samples (one tile at least), and lie
+/// elsewhere in every frame, evenly over its pixels. Their noise is an eighth of the picture's, or less.
+ReferenceTiles reference_tiles(glm::ivec2 size, std::uint32_t samples_per_pixel, std::int64_t frame_index);
+
+}  // namespace equistream
