@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <deque>
+#include <vector>
 
 namespace equistream::serve {
 
@@ -160,16 +161,19 @@ std::optional<Pose> LiveStream::steering(double ahead_s) const {
 }
 
 std::optional<glm::dvec3> LiveStream::gaze(double ahead_s) const {
-    const std::optional<Pose> steers = steering(ahead_s);
-    if (!steers)
-        return std::nullopt;
-    const auto gaze_of = [](const Pose& head) { return head.orientation * glm::dvec3(0, 0, -1); };
-    const glm::dvec3 first = gaze_of(*steers);
-    glm::dvec3 sum(0);
+    std::vector<glm::dvec3> gazes;  // each asked for once: a moment later a head may be elsewhere
     for (const LiveFeed* feed : feeds_)
         if (feed->head().is_known())
-            if (const glm::dvec3 gaze = gaze_of(feed->head().head(ahead_s)); glm::dot(gaze, first) >= least_agreement)
-                sum += gaze;
+            gazes.push_back(feed->head().head(ahead_s).orientation * glm::dvec3(0, 0, -1));
+    return gazes.empty() ? std::nullopt : std::optional(mean_gaze(gazes));
+}
+
+glm::dvec3 mean_gaze(std::span<const glm::dvec3> gazes) {
+    const glm::dvec3 first = gazes.front();
+    glm::dvec3 sum = first;
+    for (const glm::dvec3& gaze : gazes.subspan(1))
+        if (glm::dot(gaze, first) >= least_agreement)
+            sum += gaze;
     return glm::normalize(sum);
 }
 

@@ -107,4 +107,7 @@ private:
     std::int64_t poses_heard_ = 0;
 };
 
+/// The mean of the first one, which always counts, and of those within 30 degrees of it. There is one at least.
+glm::dvec3 mean_gaze(std::span<const glm::dvec3> gazes);
+
 }  // namespace equistream::serve

@@ -59,6 +59,17 @@ TEST(LiveStreams, KeepNoMoreThanSoMuchForOneThatDoesNotRead) {
     EXPECT_EQ(reads->next(block, 65).problem, "");
 }
 
+/// A head that had turned away between two questions left no gaze at all, and their mean was no direction.
+TEST(LiveStreams, LookWhereTheFirstLooksWhoeverElseAgrees) {
+    const glm::dvec3 ahead(0, 0, -1), behind(0, 0, 1), aside = glm::normalize(glm::dvec3(0.2, 0, -1));
+    EXPECT_EQ(mean_gaze(std::array{ahead}), ahead);
+    EXPECT_EQ(mean_gaze(std::array{ahead, behind, behind}), ahead);
+    const glm::dvec3 mean = mean_gaze(std::array{ahead, aside, behind});
+    EXPECT_GT(mean.x, 0);
+    EXPECT_LT(mean.x, aside.x);
+    EXPECT_NEAR(glm::length(mean), 1, 1e-12);
+}
+
 TEST(LiveStreams, ReadersPassOverIt) {
     const synthetic::Folder folder;
     std::string pending, sent;
