@@ -6,6 +6,7 @@
 #include <programs/cli/program.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -56,7 +57,12 @@ struct Values {
     std::uint64_t seed = 0;
     double share = 0;
     int count = 0;
-    bool json = false, flag = false;
+    unsigned unsigned_count = 0;
+    std::int64_t index = 0;
+    std::optional<int> perhaps_count;
+    std::optional<double> perhaps_share;
+    std::filesystem::path file, folder;
+    bool json = false, flag = false, other_flag = false;
     std::vector<std::string> words;
 };
 
@@ -69,9 +75,22 @@ std::function<void()> added(cli::CommandLine& app, Values& values) {
     cli::add_with_default(app, "--denoise", values.word, "one of a few", {"off", "fast", "balanced"});
     app.add_option("--share", values.share, "of all").between(0.0, 1.0);
     app.add_option("--count", values.count, "how many").between(1, 64);
-    app.add_flag("--overwrite", values.flag, "replace");
+    app.add_option("--threads", values.unsigned_count, "how many").between(1u, 64u).group("Other");
+    app.add_option("--first", values.index, "which").between(std::int64_t{0}, std::int64_t{9}).with_default("0");
+    app.add_option("--perhaps", values.perhaps_count, "how many").type_name("N");
+    app.add_option("--rate", values.perhaps_share, "how fast").expected(1);
+    app.add_option("--file", values.file, "to read").existing_file();
+    app.add_option("--folder", values.folder, "to read").existing_folder().description("a folder");
+    const cli::Option flag = app.add_flag("--overwrite", values.flag, "replace");
+    app.add_flag("--keep", values.other_flag, "do not").excludes(flag);
+    app.footer("That is all.");
+    const cli::CommandLine below = app.add_subcommand("below", "more words");
+    cli::CommandLine(below).add_option("--share", values.share, "the same").between(0.0, 1.0);
     app.add_option("SOURCE", values.words, "files").one_word_each_time();
-    return [&values] {
+    return [&values, app, below, flag] {
+        require(flag.is_given() == app.is_given("--overwrite") && !flag.name().empty() && !flag.group().empty(),
+                "an option is told the same by both");
+        require(!app.options().empty() && (!below.is_chosen() || app.is_chosen()), "who has a subcommand has words");
         const cli::Size size = cli::parse_size(values.size);
         require(size.width > 0 && size.height > 0, "a size has pixels");
         cli::parse_progress(values.progress);
@@ -97,6 +116,8 @@ void read_command_line(Bytes bytes) {
     std::vector<char*> arguments;
     for (std::string& word : words)
         arguments.push_back(word.data());
+    require(cli::quoted_command(int(words.size()), arguments.data()).starts_with("equistream-render"),
+            "a command is told by its name");
     arguments.push_back(nullptr);
     Values values;
     const Printed said(stderr), told(stdout);
@@ -115,6 +136,16 @@ void read_command_line(Bytes bytes) {
     throw InputError(line);
 }
 
+constexpr std::array<std::string_view, 30> command_words = {
+    "--size",     "--frames", "--seed",    "--json",     "--share",    "--count",  "--threads",   "--first",
+    "--perhaps",  "--rate",   "--file",    "--folder",   "--keep",     "below",    "--overwrite", "--shar",
+    "--sizes=1",  "--help",   "--version", "--progress", "[render]\n", "[play]\n", "[x]\n",       "[below]\n",
+    "shar = 1\n", "64x0",     "3-2",       "--",         "\"a b\"",    "'it''s'"};
+
+void damage_words(std::vector<std::uint8_t>& bytes, std::mt19937& random) {
+    damage_text(command_words, bytes, random);
+}
+
 Seeds command_line_seeds() {
     using namespace std::string_literals;
     return {bytes_of("--size\0"s
@@ -128,6 +159,14 @@ Seeds command_line_seeds() {
                      "0.5\0"s
                      "\0"s
                      "# how\nsize = 64x32\n[render]\ncount = 3\ndenoise = \"fast\"\n[encode]\ncrf = 20\n"s),
+            bytes_of("--threads=3\0"s
+                     "--first=3\0"s
+                     "--perhaps=3\0"s
+                     "--rate=0.5\0"s
+                     "--folder=/\0"s
+                     "it's\0"s
+                     "below\0"s
+                     "--share=0.25\0"s),
             bytes_of("--progress=none\0"s
                      "--denoise\0"s
                      "fast\0"s
@@ -140,6 +179,6 @@ Seeds command_line_seeds() {
 
 }  // namespace
 
-const Target command_lines_target = {"command_lines", read_command_line, command_line_seeds, 3000};
+const Target command_lines_target = {"command_lines", read_command_line, command_line_seeds, 1000, damage_words};
 
 }  // namespace equistream::fuzz

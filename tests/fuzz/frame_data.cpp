@@ -36,8 +36,12 @@ Seeds seeds() {
     moving.moving = {
         {{{{1, 0, -2}, {0, 3, 0}}, {{0, 9, 0}, {0, 0, 0}}}, 0.8f, 1.5f, {{7, 940, 960}, {8, 0, 12}, {8, 900, 960}}},
         {{}, 2, 2, {{470, 3, 4}}}};
-    return {encode_frame_info(TrackRole::main, moving, {8, 90}), encode_frame_info(TrackRole::main, sphere, {7, 90}),
-            encode_frame_info(TrackRole::small, view), encode_frame_info(TrackRole::depth, depth, {3, 0})};
+    FrameInfo patches;
+    patches.camera = EquirectCamera{64, 32, {}};
+    patches.patches = PatchAtlas{64, 32, 16, {}, {{0.05, 0, 0}}, 2, 2, {{0, 1, 0, true}, {0, 1, 1, true}, {}, {}}};
+    return {encode_frame_info(TrackRole::patches, patches), encode_frame_info(TrackRole::main, moving, {8, 90}),
+            encode_frame_info(TrackRole::main, sphere, {7, 90}), encode_frame_info(TrackRole::small, view),
+            encode_frame_info(TrackRole::depth, depth, {3, 0})};
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ public:
     ~Host() {
         es_frame_discard(frame_);
         es_sequence_close(sequence_);
+        es_sequence_close(windows_);
         std::filesystem::remove_all(folder_);
     }
     Host(const Host&) = delete;
@@ -46,12 +47,12 @@ public:
 
 private:
     void call() {
-        switch (choices_.below(12)) {
+        switch (choices_.below(16)) {
         case 0:
             open();
             break;
         case 1:
-            begin();
+            begin(sequence_);
             break;
         case 2:
             next_tile();
@@ -81,17 +82,35 @@ private:
             tile_.id = std::uint32_t(wrong_count(choices_));
             tile_.sample_count = 3;
             break;
-        default:
+        case 11:
             es_sequence_has_frame(sequence_, wrong_count(choices_));
+            break;
+        case 12:
+            open_kind();
+            break;
+        case 13:
+            begin(windows_);
+            break;
+        case 14:
+            // A window's frame, as it is written before the base's is.
+            begin(windows_);
+            all_tiles();
+            end();
+            break;
+        default:
+            require(es_abi_version() == ES_ABI_VERSION && *es_version() != '\0', "a library knows its version");
+            begin(sequence_);
+            all_tiles();
+            end();
         }
     }
 
-    void open() {
+    es_sequence_settings usual() const {
         es_sequence_settings settings{};
         settings.struct_size = sizeof settings;
         settings.abi_version = ES_ABI_VERSION;
         settings.spp = 1;
-        settings.camera = choices_.yes() ? ES_EQUIRECT : ES_PERSPECTIVE;
+        settings.camera = ES_EQUIRECT;
         settings.width = 32;
         settings.height = 16;
         settings.fov_x_rad = 1.5;
@@ -102,6 +121,11 @@ private:
         settings.aovs = "all";
         settings.scene_name = "scene";
         settings.host_name = "host";
+        return settings;
+    }
+    void open() {
+        es_sequence_settings settings = usual();
+        settings.camera = choices_.yes() ? ES_EQUIRECT : ES_PERSPECTIVE;
         settings.overwrite = choices_.yes();
         settings.layer = choices_.below(8) == 0 ? ES_LAYER_HIDDEN : ES_LAYER_FIRST;
         const double offset_m[3] = {0.03, 0, wrong_number(choices_)};
@@ -112,13 +136,43 @@ private:
         if (std::int64_t(settings.width) * settings.height > std::int64_t(room) && settings.width > 0 &&
             settings.width <= 32768 && settings.height <= 32768)
             settings.width = settings.height = side;
+        open(settings, sequence_);
+    }
+    /// An atlas, a sequence of windows, or frames that are accumulated or denoised.
+    void open_kind() {
+        es_sequence_settings settings = usual();
+        settings.overwrite = 1;
+        const double offset_m[3] = {0.03, 0, 0};
+        const std::string windows = folder_ + "/windows";
+        const int kind = choices_.below(5);
+        if (kind == 0) {
+            settings.aovs = "depth,normal";
+            settings.patch_side = 8;
+            settings.patch_columns = settings.patch_rows = 2;
+            settings.patch_offset_count = 1;
+            settings.patch_offsets_m = offset_m;
+        } else if (kind == 1) {
+            settings.window_columns = 64;
+            settings.output_dir = windows.c_str();
+        } else if (kind == 2) {
+            settings.accumulate_frames = 4;
+            settings.aovs = choices_.yes() ? "samples,variance" : "all";
+        } else {
+            settings.denoise = ES_DENOISE_FAST;
+            settings.denoise_threads = 1;
+            settings.accumulate_frames = kind == 3 ? 0 : 4;
+            settings.aovs = choices_.yes() ? "all,raw" : "none";
+        }
+        open(settings, kind == 1 ? windows_ : sequence_);
+    }
+    void open(const es_sequence_settings& settings, es_sequence*& sequence) {
         es_sequence* opened = nullptr;
         const es_status status = checked([&](es_error* error) { return es_sequence_open(&settings, &opened, error); });
         require((status == ES_OK) == (opened != nullptr), "a sequence comes of a call that went well, and of no other");
         if (opened == nullptr)
             return;
         es_frame_discard(std::exchange(frame_, nullptr));
-        es_sequence_close(std::exchange(sequence_, opened));
+        es_sequence_close(std::exchange(sequence, opened));
     }
     void spoil(es_sequence_settings& settings) {
         switch (choices_.below(22)) {
@@ -194,7 +248,7 @@ private:
         }
     }
 
-    void begin() {
+    void begin(es_sequence* sequence) {
         es_frame_settings when{};
         when.struct_size = sizeof when;
         when.index = choices_.below(4);
@@ -227,10 +281,17 @@ private:
             when.window_y = wrong_count(choices_);
             break;
         case 7:
-            when.window = sequence_;
+            when.window = choices_.yes() ? sequence_ : windows_;
             break;
         case 8:
             when.previous_frames = std::uint32_t(wrong_count(choices_));
+            break;
+        case 9:
+            when.spp = std::uint32_t(choices_.below(4));
+            break;
+        case 10:
+            when.window_x = 16 * choices_.below(4);
+            when.window_y = 16;
             break;
         default:
             break;
@@ -239,7 +300,7 @@ private:
             es_frame_discard(std::exchange(frame_, nullptr));
         es_frame* begun = nullptr;
         const es_status status =
-            checked([&](es_error* error) { return es_frame_begin(sequence_, &when, &begun, error); });
+            checked([&](es_error* error) { return es_frame_begin(sequence, &when, &begun, error); });
         require((status == ES_OK) == (begun != nullptr), "a frame comes of a call that went well, and of no other");
         if (begun != nullptr)
             es_frame_discard(std::exchange(frame_, begun));
@@ -314,7 +375,7 @@ private:
 
     Choices choices_;
     std::string folder_;
-    es_sequence* sequence_ = nullptr;
+    es_sequence *sequence_ = nullptr, *windows_ = nullptr;
     es_frame* frame_ = nullptr;
     es_tile tile_{};
     std::vector<es_ray> rays_{room};
@@ -331,7 +392,14 @@ Seeds seeds() {
     // Opens a sequence, begins a frame, answers all tiles and ends it, twice; then hands over a plane in place of
     // tiles.
     return {{0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 15, 9, 1, 0, 0, 0, 0, 6, 1, 1, 0, 0, 0, 15, 9, 1, 0, 0, 0, 0, 6},
-            {0, 1, 1, 1, 0, 1, 13, 2, 1, 0, 0, 0, 0, 15, 5, 1, 1, 0, 1, 0, 1, 4, 1, 0, 1, 6}};
+            {0, 1, 1, 1, 0, 1, 13, 2, 1, 0, 0, 0, 0, 15, 5, 1, 1, 0, 1, 0, 1, 4, 1, 0, 1, 6},
+            // A window and the base around it.
+            {0, 0, 1, 1, 0, 0, 12, 1, 14, 0, 1, 0, 0, 10, 0, 0, 15, 0, 1, 0, 0, 7, 0, 0},
+            // An atlas; frames that are accumulated; frames that are denoised.
+            {12, 0, 15, 0, 1, 0, 1, 15, 0},
+            {12, 2, 1, 15, 0, 0, 0, 0, 15, 0, 15, 1, 0, 0, 0, 9, 2, 0},
+            {12, 3, 1, 15, 0, 0, 0, 0, 15, 0},
+            {12, 4, 0, 15, 0, 0, 0, 0, 15, 0, 15, 1, 0, 0, 0, 15, 0}};
 }
 
 }  // namespace

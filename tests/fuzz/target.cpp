@@ -110,10 +110,65 @@ void damage_behind(Bytes mark, std::size_t reach, std::span<std::uint8_t> bytes,
     }
 }
 
-void damage_frame_data(std::span<std::uint8_t> bytes, std::mt19937& random) {
+void damage_frame_data(std::vector<std::uint8_t>& bytes, std::mt19937& random) {
     constexpr std::size_t uuid_bytes = 16, most_bytes = 500;
     static const std::vector<std::uint8_t> data = encode_frame_info(TrackRole::main, {});
     damage_behind(Bytes(data).first(uuid_bytes), most_bytes, bytes, random);
+}
+
+namespace {
+
+/// First and last byte but one of each word of a text, and of what each bracket holds.
+std::vector<std::pair<std::size_t, std::size_t>> parts_of(std::string_view text) {
+    constexpr std::string_view between = " \t\r\n,:=/[]{}", opening = "[{", closing = "]}";
+    std::vector<std::pair<std::size_t, std::size_t>> parts;
+    std::vector<std::size_t> open;
+    for (std::size_t at = 0; at < text.size(); ++at) {
+        if (opening.find(text[at]) != opening.npos) {
+            open.push_back(at);
+        } else if (closing.find(text[at]) != closing.npos && !open.empty()) {
+            parts.emplace_back(open.back(), at + 1);
+            open.pop_back();
+        }
+        const bool is_word = between.find(text[at]) == between.npos && text[at] != '\0';
+        if (!is_word)
+            continue;
+        const std::size_t end = std::min({text.find_first_of(between, at), text.find('\0', at), text.size()});
+        parts.emplace_back(at, end);
+        at = end - 1;
+    }
+    return parts;
+}
+
+}  // namespace
+
+void damage_text(std::span<const std::string_view> words, std::vector<std::uint8_t>& bytes, std::mt19937& random) {
+    constexpr std::array<std::string_view, 24> wrong = {
+        "",     "0",     "-1",   "1",  "2",  "0.5", "1e9",       "-1e300", "1e39",  "4294967296", "1e999", "nan",
+        "null", "false", "\"\"", "[]", "{}", "[0]", "[0, 1, 0]", "[[]]",   "\"x\"", "\xff",       "x",     "-inf"};
+    std::string text(bytes.begin(), bytes.end());
+    const auto parts = parts_of(text);
+    if (parts.empty())
+        return;
+    const auto [begin, end] = parts[random() % parts.size()];
+    const bool own = !words.empty() && random() % 2 == 0;
+    const std::string_view word = own ? words[random() % words.size()] : wrong[random() % wrong.size()];
+    const std::size_t line = begin == 0 ? 0 : text.rfind('\n', begin - 1) + 1;  // npos + 1 is 0
+    const std::size_t line_end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    switch (random() % 8) {
+    case 0:
+        text.insert(begin, std::string(word) + " ");
+        break;
+    case 1:
+        text.erase(line, line_end - line);
+        break;
+    case 2:
+        text.insert(line, text.substr(line, line_end - line));
+        break;
+    default:
+        text.replace(begin, end - begin, word);
+    }
+    bytes.assign(text.begin(), text.end());
 }
 
 std::filesystem::path scratch_file(const std::string& name, Bytes bytes) {

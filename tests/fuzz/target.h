@@ -22,8 +22,8 @@ struct Target {
     void (*read)(Bytes);
     Seeds (*seeds)();  ///< small whole inputs, the same every time
     int rounds;        ///< of each kind of damage that fuzz_test tries: about a second's work
-    /// Changes the input where its structure is known: its length stays. Null: nothing is known of it.
-    void (*damage)(std::span<std::uint8_t>, std::mt19937& random) = nullptr;
+    /// Changes the input where its structure is known. Null: nothing is known of it.
+    void (*damage)(std::vector<std::uint8_t>&, std::mt19937& random) = nullptr;
 };
 
 std::span<const Target> targets();
@@ -74,7 +74,12 @@ private:
 /// `bytes` have `mark`.
 void damage_behind(Bytes mark, std::size_t reach, std::span<std::uint8_t> bytes, std::mt19937& random);
 /// The same in what coded pictures say of themselves (SEI), wherever it lies.
-void damage_frame_data(std::span<std::uint8_t> bytes, std::mt19937& random);
+void damage_frame_data(std::vector<std::uint8_t>& bytes, std::mt19937& random);
+/// Of a text: puts one of `words`, or a value that is often wrong, before a word or in place of it or of what brackets
+/// hold; or takes its line away or repeats it.
+void damage_text(std::span<const std::string_view> words, std::vector<std::uint8_t>& bytes, std::mt19937& random);
+/// Of an EXR file: what one of its attributes says, or that it is there.
+void damage_attributes(std::vector<std::uint8_t>& bytes, std::mt19937& random);
 
 /// For seeds.
 std::vector<std::uint8_t> bytes_of(std::string_view text);
