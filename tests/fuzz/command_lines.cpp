@@ -179,6 +179,6 @@ Seeds command_line_seeds() {
 
 }  // namespace
 
-const Target command_lines_target = {"command_lines", read_command_line, command_line_seeds, 1000, damage_words};
+const Target command_lines_target = {"command_lines", read_command_line, command_line_seeds, 600, damage_words};
 
 }  // namespace equistream::fuzz

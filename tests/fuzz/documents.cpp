@@ -95,7 +95,7 @@ Seeds manifest_seeds() {
 
 }  // namespace
 
-const Target manifest_target{"manifest", take_manifest, manifest_seeds, 5000, damage_manifest};
+const Target manifest_target{"manifest", take_manifest, manifest_seeds, 3000, damage_manifest};
 
 // A scene's description (JSON); a model and a path that it may name lie beside it.
 
@@ -199,7 +199,7 @@ Seeds scene_seeds() {
 
 }  // namespace
 
-const Target scene_target{"scene", take_scene, scene_seeds, 3000, damage_scene};
+const Target scene_target{"scene", take_scene, scene_seeds, 2000, damage_scene};
 
 // A camera or head path (CSV).
 

@@ -165,6 +165,6 @@ Seeds frame_seeds() {
 
 }  // namespace
 
-const Target exr_target{"exr", take_frame, frame_seeds, 3000, damage_attributes};
+const Target exr_target{"exr", take_frame, frame_seeds, 1000, damage_attributes};
 
 }  // namespace equistream::fuzz

@@ -249,6 +249,6 @@ Seeds foreign_seeds() {
 
 }  // namespace
 
-const Target foreign_exr_target{"foreign_exr", take_foreign, foreign_seeds, 600, damage_attributes};
+const Target foreign_exr_target{"foreign_exr", take_foreign, foreign_seeds, 300, damage_attributes};
 
 }  // namespace equistream::fuzz

@@ -185,7 +185,7 @@ Seeds model_seeds() {
 
 }  // namespace
 
-const Target model_target{"model", take_model, model_seeds, 6000, damage_model};
+const Target model_target{"model", take_model, model_seeds, 3000, damage_model};
 
 // An OBJ that is its own MTL: each reader passes over the other's statements.
 
@@ -259,7 +259,7 @@ Seeds obj_seeds() {
 
 }  // namespace
 
-const Target obj_target{"obj", take_obj, obj_seeds, 4000, damage_obj};
+const Target obj_target{"obj", take_obj, obj_seeds, 1500, damage_obj};
 
 // What `equistream model` makes of a description and its model.
 

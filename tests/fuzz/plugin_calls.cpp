@@ -47,12 +47,14 @@ public:
 
 private:
     void call() {
-        switch (choices_.below(16)) {
+        const int which = choices_.below(16);
+        switch (which) {
         case 0:
             open();
             break;
         case 1:
-            begin(sequence_);
+        case 13:
+            begin(which == 13 ? windows_ : sequence_);
             break;
         case 2:
             next_tile();
@@ -88,18 +90,9 @@ private:
         case 12:
             open_kind();
             break;
-        case 13:
-            begin(windows_);
-            break;
-        case 14:
-            // A window's frame, as it is written before the base's is.
-            begin(windows_);
-            all_tiles();
-            end();
-            break;
         default:
             require(es_abi_version() == ES_ABI_VERSION && *es_version() != '\0', "a library knows its version");
-            begin(sequence_);
+            begin(which == 14 ? windows_ : sequence_);
             all_tiles();
             end();
         }
@@ -291,9 +284,6 @@ private:
             break;
         case 10:
             when.window_x = 16 * choices_.below(4);
-            when.window_y = 16;
-            break;
-        default:
             break;
         }
         if (frame_ != nullptr && choices_.yes())

@@ -133,7 +133,7 @@ Seeds recordings() {
 
 }  // namespace
 
-const Target viewer_messages_target{"viewer_messages", hear, messages, 400, damage_messages};
-const Target served_file_target{"served_file", serve_file, recordings, 60, damage_frame_data};
+const Target viewer_messages_target{"viewer_messages", hear, messages, 150, damage_messages};
+const Target served_file_target{"served_file", serve_file, recordings, 40, damage_frame_data};
 
 }  // namespace equistream::fuzz

@@ -368,6 +368,6 @@ Seeds seeds() {
 
 }  // namespace
 
-const Target shown_frames_target{"shown_frames", read, seeds, 100, damage_frame_data};
+const Target shown_frames_target{"shown_frames", read, seeds, 60, damage_frame_data};
 
 }  // namespace equistream::fuzz

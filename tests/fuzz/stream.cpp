@@ -114,6 +114,6 @@ Seeds seeds() {
 
 }  // namespace
 
-const Target stream_target{"stream", read, seeds, 250, damage_frame_data};
+const Target stream_target{"stream", read, seeds, 150, damage_frame_data};
 
 }  // namespace equistream::fuzz
