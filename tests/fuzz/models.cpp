@@ -259,7 +259,7 @@ Seeds obj_seeds() {
 
 }  // namespace
 
-const Target obj_target{"obj", take_obj, obj_seeds, 1500, damage_obj};
+const Target obj_target{"obj", take_obj, obj_seeds, 500, damage_obj};
 
 // What `equistream model` makes of a description and its model.
 
