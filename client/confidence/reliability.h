@@ -42,8 +42,8 @@ enum class Risk {
     outside,       ///< how far the eye is out of the head box, in radii, at most two
     fill_depth,    ///< log of the distance into a filled region, in pixels
     brightness,    ///< of the brightest channel, 0 to 1: errors in the dark are small
-    coding,  ///< of decoded colours: log of the share of pixels that coding put visibly off where there is as much
-             ///< texture, in twentieths
+    coding,  ///< log of the share of the source's pixels that noise, denoising and coding put visibly off where there
+             ///< is as much texture, in twentieths
 };
 inline constexpr int risk_count = 16;
 inline constexpr std::array<std::string_view, risk_count> risk_names = {
@@ -67,8 +67,8 @@ inline constexpr std::array<std::string_view, risk_group_count> risk_group_names
 struct ReliabilityOptions {
     /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): half a step of a depth code.
     double depth_tolerance_w = 0;
-    /// What a codec took from the source's colours (visible_loss_of the main track's frame data); nothing: they went
-    /// through none. Stands for what gaps are filled from too.
+    /// How visibly off the source's colours are (visible_loss_of the main track's frame data); nothing: not known, or
+    /// not at all. Stands for what gaps are filled from too.
     std::optional<VisibleLoss> visible_loss{};
     /// rework_specular (specular.h) has been over the picture: what it left of mirrors lies within the bound.
     bool specular_reworked = false;

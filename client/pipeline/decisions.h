@@ -42,7 +42,7 @@ bool mostly_overlap(const Camera& a, const Camera& b);
 /// frame, whose code may be off; else by depth that has no such error.
 ReliabilityOptions confidence_options(const FrameInfo& main, bool by_frames_depth, MirrorTreatment mirrors);
 
-/// The same of colours that went through this coding, and depth whose w may be off by so much.
+/// The same of colours that are so visibly off, and depth whose w may be off by so much.
 ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optional<VisibleLoss>& visible_loss,
                                       MirrorTreatment mirrors);
 

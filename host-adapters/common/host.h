@@ -50,7 +50,7 @@ struct RenderOptions {
     bool samples_by_angle = false;  ///< fewer where pixels span less; else as many everywhere
     std::uint64_t seed = 1;
     unsigned threads = 0;  ///< 0: one per processor
-    std::string aovs = "all,reference";
+    std::string aovs = "all";
     es_denoise denoise = ES_DENOISE_OFF;
     std::uint32_t accumulate = 0;  ///< earlier frames that count at most where anything moves; 0: none
     bool overwrite = false, single_part = false, json = false;

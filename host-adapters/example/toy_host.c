@@ -37,8 +37,8 @@ static es_surface surface_of(toy_hit hit, int frame) {
 static void render(es_frame* frame, int f) {
     es_tile tile; /* any number of threads may take tiles, each with buffers of its own */
     while (es_frame_next_tile(frame, &tile) == ES_OK) {
-        es_tile_geometry_rays(frame, &tile, rays); /* one through the centre of each pixel */
-        for (uint32_t i = 0; i < tile.pixel_count; i++) surfaces[i] = surface_of(trace(&rays[i], f), f);
+        const uint32_t asked = es_tile_geometry_rays(frame, &tile, rays); /* one through the centre of each pixel */
+        for (uint32_t i = 0; i < asked; i++) surfaces[i] = surface_of(trace(&rays[i], f), f);
         es_tile_put_surfaces(frame, &tile, surfaces);
         for (uint32_t sample = 0; sample < tile.sample_count; sample++) {
             es_tile_colour_rays(frame, &tile, sample, rays); /* one somewhere in each pixel */

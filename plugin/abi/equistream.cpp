@@ -87,24 +87,25 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
         as_window->info = info;
     }
     const bool guides = handle.denoiser != nullptr || std::ranges::find(planes, "guide_albedo") != planes.end();
-    return new es_frame{handle.shared,
-                        handle.denoiser,
-                        handle.history,
-                        {settings.index - std::int64_t{settings.previous_frames}, poses.previous},
-                        info,
-                        FrameRays(info),
-                        Film(info, poses,
-                             {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr,
-                              guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches,
-                              has_references ? reference_tiles({picture_width(info), picture_height(info)},
-                                                               info.samples_per_pixel, info.index)
-                                             : ReferenceTiles()}),
-                        handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
-                        {},
-                        std::move(as_window),
-                        std::move(window),
-                        {},
-                        {}};
+    return new es_frame{
+        handle.shared,
+        handle.denoiser,
+        handle.history,
+        {settings.index - std::int64_t{settings.previous_frames}, poses.previous},
+        info,
+        FrameRays(info),
+        Film(info, poses,
+             {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr, guides,
+              handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches,
+              has_references ? reference_tiles({picture_width(info), picture_height(info)}, info.samples_per_pixel,
+                                               info.accumulated_frames, info.index)
+                             : ReferenceTiles()}),
+        handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
+        {},
+        std::move(as_window),
+        std::move(window),
+        {},
+        {}};
 }
 
 void keep_misuse(const es_frame* frame, const std::string& problem) {

@@ -104,7 +104,7 @@ void Film::start_film() {
     progress_.resize(all_tiles());
     reference_sums_.resize(references_.corners.size() * ReferenceTiles::pixels * reference_channels);
     if (is_whole()) {
-        next_tile_ = tile_count_;
+        next_tile_ = first_tile_ = tile_count_;
         return;
     }
     radiance_sum_ = FloatImage(width_, height_, 4);
@@ -127,9 +127,10 @@ void Film::start_film() {
     }
 }
 
-/// Whether tiles are asked for references alone.
+/// Whether tiles are asked for references alone: all else was handed over, the guides of a denoiser too.
 bool Film::is_whole() const {
-    return std::ranges::all_of(plane_names_, [this](const std::string& name) { return whole_.contains(name); });
+    const auto given = [this](const std::string& name) { return whole_.contains(name); };
+    return std::ranges::all_of(plane_names_, given) && (!takes_guides_ || std::ranges::all_of(guide_names, given));
 }
 
 es_tile Film::tile(std::uint32_t id) const {
@@ -167,7 +168,7 @@ std::optional<es_tile> Film::next_tile() {
 }
 
 bool Film::knows(const es_tile& given) const {
-    if (given.id >= next_tile_.load())
+    if (given.id >= next_tile_.load() || given.id < first_tile_)
         return false;
     const es_tile ours = tile(given.id);
     return given.x == ours.x && given.y == ours.y && given.width == ours.width && given.height == ours.height &&
@@ -251,9 +252,9 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
         return false;
     ++progress.colour_passes;
     if (is_reference(pixels.tile.id)) {
-        float* sum = reference_sum(pixels.tile);
+        double* sum = reference_sum(pixels.tile);
         for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4, sum += reference_channels)
-            if (is_finite(rgba, 3)) {
+            if (is_finite(rgba, 4)) {
                 for (int c = 0; c < 3; ++c)
                     sum[c] += rgba[c];
                 ++sum[3];
@@ -373,7 +374,7 @@ void Film::average_colour() {
     }
 }
 
-float* Film::reference_sum(const es_tile& tile) {
+double* Film::reference_sum(const es_tile& tile) {
     return &reference_sums_[std::size_t{tile.id - tile_count_} * ReferenceTiles::pixels * reference_channels];
 }
 
@@ -381,13 +382,13 @@ void Film::average_references() {
     FloatImage reference(width_, height_, 4);
     for (std::uint32_t id = tile_count_; id < progress_.size(); ++id) {
         const es_tile of = tile(id);
-        const float* sum = reference_sum(of);
+        const double* sum = reference_sum(of);
         for (std::uint32_t i = 0; i < of.pixel_count; ++i, sum += reference_channels) {
             const glm::ivec2 at = TilePixels{of}.at(i);
             if (progress_[id].colour_passes < references_.samples || sum[3] == 0)
                 continue;
             for (int c = 0; c < 3; ++c)
-                reference.pixel(at.x, at.y)[c] = sum[c] / sum[3];
+                reference.pixel(at.x, at.y)[c] = static_cast<float>(sum[c] / sum[3]);
             reference.pixel(at.x, at.y)[3] = 1;
         }
     }

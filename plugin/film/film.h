@@ -82,7 +82,7 @@ public:
     void put_plane(const std::string& name, IdImage image);
     bool wants(const std::string& name) const;
     const std::vector<std::string>& planes() const { return plane_names_; }
-    /// Nobody asks for the surfaces or guides of such a tile.
+    /// Surfaces and guides of such a tile are taken and not kept.
     bool is_reference(std::uint32_t tile) const { return tile >= tile_count_; }
     /// Colour passes of a tile.
     std::uint32_t passes_of(std::uint32_t tile) const {
@@ -116,7 +116,7 @@ private:
     }
     void start_film();
     void mark_answered(const TilePixels& pixels);
-    float* reference_sum(const es_tile& tile);
+    double* reference_sum(const es_tile& tile);
     void average_colour();
     void average_references();
     void finish_guides();
@@ -141,6 +141,7 @@ private:
     std::map<std::string, IdImage, std::less<>> ids_;
 
     std::atomic<std::uint32_t> next_tile_{0};
+    std::uint32_t first_tile_ = 0;  ///< that is handed out
     std::once_flag film_started_;
     bool has_holes_;
     ByteImage answered_;  ///< where pixels may be holes: 1 where one had an answer
@@ -150,7 +151,7 @@ private:
     IdImage left_out_;          ///< colour samples that were not finite, per pixel
     ReferenceTiles references_;
     /// By reference tile, pixel by pixel: sums of radiance, and how many samples they are of.
-    std::vector<float> reference_sums_;
+    std::vector<double> reference_sums_;
 };
 
 // Pixels that nobody looks at, coloured so that a picture codes well.

@@ -24,11 +24,13 @@ int at(double from_0_to_1, int cells) {
 
 }  // namespace
 
-ReferenceTiles reference_tiles(glm::ivec2 size, std::uint32_t samples_per_pixel, std::int64_t frame_index) {
+ReferenceTiles reference_tiles(glm::ivec2 size, std::uint32_t samples_per_pixel, std::uint32_t accumulated_frames,
+                               std::int64_t frame_index) {
     const glm::ivec2 cells = (size + ReferenceTiles::side - 1) / ReferenceTiles::side;
     ReferenceTiles tiles;
-    tiles.samples = std::min(std::max(fewest_samples, times_the_samples * std::min(samples_per_pixel, geometry_sample)),
-                             geometry_sample - 1);
+    const std::uint64_t samples =
+        std::uint64_t{times_the_samples} * samples_per_pixel * std::max(accumulated_frames, 1u);
+    tiles.samples = std::uint32_t(std::clamp<std::uint64_t>(samples, fewest_samples, geometry_sample - 1));
     const double all = double(size.x) * size.y * samples_per_pixel;
     const double each = double(ReferenceTiles::pixels) * tiles.samples;
     const auto count = std::max<std::int64_t>(std::llround(share_of_samples * all / each), 1);

@@ -15,8 +15,10 @@ struct ReferenceTiles {
     std::uint32_t samples = 0;          ///< a pixel; 0: there are no such tiles
 };
 
-/// For a frame that is sampled so often. They take a fiftieth of the frame's samples (one tile at least), and lie
-/// elsewhere in every frame, evenly over its pixels. Their noise is an eighth of the picture's, or less.
-ReferenceTiles reference_tiles(glm::ivec2 size, std::uint32_t samples_per_pixel, std::int64_t frame_index);
+/// For a frame of so many samples a pixel, which may be the mean of so many frames. They take a fiftieth of the frame's
+/// samples, one tile at least, and lie elsewhere in every frame, evenly over its pixels. Their noise is an eighth of
+/// the picture's as rendered, or less, up to 16,383 samples; a denoised picture may have less noise than they.
+ReferenceTiles reference_tiles(glm::ivec2 size, std::uint32_t samples_per_pixel, std::uint32_t accumulated_frames,
+                               std::int64_t frame_index);
 
 }  // namespace equistream

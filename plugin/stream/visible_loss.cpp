@@ -171,9 +171,13 @@ void VisibleLossMeter::add_reference(ImageView<const std::uint8_t> shown, ImageV
 }
 
 VisibleLoss VisibleLossMeter::loss() const {
-    if (const auto referred = referred_.loss())
-        return *referred;
-    return coded_.loss().value_or(VisibleLoss());
+    const VisibleLoss coded = coded_.loss().value_or(VisibleLoss());
+    VisibleLoss loss = referred_.loss().value_or(coded);
+    // Of textures that too few references show, coding says the least.
+    for (std::size_t i = 0; i < textures.size(); ++i)
+        if (referred_.pixels[i] < fewest_pixels)
+            loss.share_255[i] = std::max(loss.share_255[i], coded.share_255[i]);
+    return loss;
 }
 
 std::optional<VisibleLoss> VisibleLossMeter::Sums::loss() const {

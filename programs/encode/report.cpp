@@ -226,7 +226,7 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
     if (!request.sources.left_out.empty())
         std::fprintf(out, "%s", left_out_text(request.sources).c_str());
     if (!report.not_measured.empty())
-        std::fprintf(out, "  what coding takes was not measured, so that clients go by the CRF: %s\n",
+        std::fprintf(out, "  how visibly off the pictures are was not measured, so that clients go by the CRF: %s\n",
                      report.not_measured.c_str());
     if (report.images_left_out_share)
         std::fprintf(out,

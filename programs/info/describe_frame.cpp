@@ -92,7 +92,7 @@ std::string visible_loss_text(const FrameInfo& info) {
     if (!info.visible_loss)
         return "";
     const auto percent = [&](float texture) { return 100 * double(loss_at(*info.visible_loss, texture)); };
-    return formatted(", after which %.2g %% of flat pixels are visibly off, %.2g %% of textured ones",
+    return formatted("  visible    %.2g %% of flat pixels are visibly off, %.2g %% of textured ones\n",
                      percent(VisibleLoss::textures.front()), percent(VisibleLoss::textures[textured]));
 }
 
@@ -153,7 +153,8 @@ std::string shared_text(const FrameInfo& info) {
     if (!info.denoiser.empty())
         text += "  denoised   by " + shown(info.denoiser) + "\n";
     if (info.crf)
-        text += formatted("  coded      at CRF %g", double(*info.crf)) + visible_loss_text(info) + "\n";
+        text += formatted("  coded      at CRF %g\n", double(*info.crf));
+    text += visible_loss_text(info);
     if (info.depth_code)
         text += depth_code_text(*info.depth_code);
     if (info.window_columns == 0)

@@ -119,7 +119,7 @@ struct FillViews {
     }
 };
 
-/// What is wanted besides colours; by how much w of the depth may be off, and what a codec took from the colours.
+/// What is wanted besides colours; by how much w of the depth may be off, and how visibly off the colours are.
 struct Assess {
     bool reliability = false, risks = false;
     double depth_tolerance_w = 0;

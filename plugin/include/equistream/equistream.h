@@ -210,7 +210,8 @@ ES_API void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_
 ES_API void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba);
 /* Guides of the same pass, for a sequence that is denoised or keeps group "guides"; others ignore them. Six numbers a
  * ray: albedo and world normal of the first rough surface that the sample met, through mirrors and glass; of a lamp or
- * the sky its radiance, at most 1, for an albedo, and of the sky no normal (0). All passes of all tiles, or none. */
+ * the sky its radiance, at most 1, for an albedo, and of the sky no normal (0). All passes of all tiles, or none; those
+ * of group "reference" are not kept. */
 ES_API void es_tile_put_guides(es_frame* frame, const es_tile* tile, const float* guides);
 /* Hands over a whole plane; it takes the place of what tiles say of it. Not while tiles are being filled. */
 ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);

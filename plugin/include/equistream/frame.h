@@ -58,7 +58,7 @@ struct FrameInfo {
     /// Quality that the picture's track was coded at, 0 (best) to worst_crf; nothing: not coded, without loss, or not
     /// said. Not written to EXR files.
     std::optional<float> crf;
-    /// What that took from the track's colours, where the encoder measured it. Not written to EXR files.
+    /// How visibly off the track's colours are, where the encoder measured it. Not written to EXR files.
     std::optional<VisibleLoss> visible_loss;
     /// What of a main picture moves by itself, where somebody found out (`encode --motion`); empty: nothing, or not
     /// said. Not written to EXR files.

@@ -95,12 +95,22 @@ TEST_F(References, AreAllThatIsAskedForWherePlanesAreWhole) {
     EXPECT_EQ(asked.tiles, 1u);
     EXPECT_TRUE(asked.seeds.empty());
     end(frame);
+    frame = begin(sequence, at(1));
+    ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
+    answer(frame);
+    const es_tile foreign{0, 0, 0, 32, 32, 1024, 4};
+    es_tile_put_radiance(frame, &foreign, rgba.data());
+    EXPECT_EQ(es_frame_end(frame, &error), ES_BAD_INPUT);
+    EXPECT_STREQ(error.text, "frame 1: es_tile_put_radiance: expected a tile of this frame, unchanged, found tile 0");
     es_sequence_close(sequence);
     const Frame found = read(0);
     float known = 0;
     for (int y = 0; y < settings.height; ++y)
         for (int x = 0; x < settings.width; ++x)
-            known += found.planes.at("reference").pixel(x, y)[3];
+            if (found.planes.at("reference").pixel(x, y)[3] == 1) {
+                ++known;
+                EXPECT_EQ(found.planes.at("reference").pixel(x, y)[0], 0.5f);
+            }
     EXPECT_EQ(known, 16);
 }
 

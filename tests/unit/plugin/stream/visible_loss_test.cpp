@@ -86,7 +86,6 @@ TEST(VisibleLossMeter, CountsByTheTextureOfTheDecodedPicture) {
     EXPECT_NEAR(loss_at(loss, 2), 0.25, 0.5 / 255);
 }
 
-/// A handful of pixels at an edge is no measurement.
 TEST(VisibleLossMeter, GoesByReferencesWhereThereAreEnough) {
     const ByteImage flat(200, 100, 3, 100);
     ByteImage shown = flat;
@@ -114,6 +113,7 @@ TEST(VisibleLossMeter, GoesByReferencesWhereThereAreEnough) {
         EXPECT_NEAR(share, 127.5, 1) << "every second pixel is off by 15";
 }
 
+/// A handful of pixels at an edge is no measurement.
 TEST(VisibleLossMeter, TexturesThatHardlyAnyPixelShowsHaveTheNearestOnesLoss) {
     ByteImage flat = checkerboard(0);
     std::fill_n(flat.pixel(0, 0), 3, std::uint8_t{255});  // within 9x9 pixels: texture up to 2
