@@ -17,24 +17,26 @@ OF_PICTURES = ("width", "height", "frames", "identical", "psnr_mean_of_frames_db
 WORST = ("whole_worst_percent", "noise_free_worst_percent")
 SCORES = ("gaps", "flicker", *WORST, "milliseconds", "views")
 """Beside the errors: what stands in one experiment, `systems`, and is not repeated."""
-LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders"), "where": ("renders",),
-            "parsimony": (*SCORES, "renders"), "related": (*WORST, "flicker", "renders"),
+NO_DISPLAY = "noise_free.display"
+"""Methods are compared by linear values."""
+LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "renders", NO_DISPLAY), "where": ("renders", NO_DISPLAY),
+            "parsimony": (*SCORES, "renders", NO_DISPLAY), "related": (*WORST, "flicker", "renders", NO_DISPLAY),
             "window": (*WORST, "gaps", "flicker", "views", "renders", "noise_free", "p95", "p99", "samples", "psnr_worst_percent_db", "ssim", "linear")}
-"""Experiment -> what its results do not keep. Renders stand in `systems`."""
+"""Experiment -> what its results do not keep: a key, or one within another. Renders stand in `systems`."""
 
 
-def lean(value, left_out=()):
+def lean(value, left_out=(), within=""):
     """A result without `left_out`, at any depth, and without what no table or chart reads."""
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}")
     if isinstance(value, (list, tuple)):
-        return [lean(each, left_out) for each in value]
+        return [lean(each, left_out, within) for each in value]
     if not isinstance(value, dict):
         return value
     if "mean_square_low" in value:
         return {key: lean(value[key]) for key in INTERVAL if key in value}
     dropped = (*left_out, *(OF_PICTURES if "identical" in value else ()))
-    return {key: lean(each, left_out) for key, each in value.items() if key not in dropped}
+    return {key: lean(each, left_out, key) for key, each in value.items() if key not in dropped and f"{within}.{key}" not in dropped}
 
 
 def result_text(result, lines=2):
