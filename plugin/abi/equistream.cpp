@@ -59,9 +59,12 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.head_radius_m, shared.ipd_m)};
     const FrameInfo info = frame_info(*handle.shared, settings, poses.here);
     std::vector<std::string> planes = handle.shared->manifest().planes;
-    const bool has_references = std::ranges::find(planes, "reference") != planes.end();
-    for (const char* ours : {"raw", "samples", "variance", "reference"})
+    for (const char* ours : {"raw", "samples", "variance"})
         std::erase(planes, ours);
+    ReferenceTiles references;
+    if (std::erase(planes, "reference") > 0)
+        references = reference_tiles({picture_width(info), picture_height(info)}, info.samples_per_pixel,
+                                     info.accumulated_frames, info.index);
     std::vector<std::uint32_t> tile_samples;
     if (handle.history) {
         for (const std::string& needed : parse_aov_groups(history_aovs))
@@ -96,10 +99,7 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
         FrameRays(info),
         Film(info, poses,
              {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr, guides,
-              handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches,
-              has_references ? reference_tiles({picture_width(info), picture_height(info)}, info.samples_per_pixel,
-                                               info.accumulated_frames, info.index)
-                             : ReferenceTiles()}),
+              handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches, std::move(references)}),
         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
         {},
         std::move(as_window),
@@ -287,10 +287,10 @@ uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_
                                               "below " + std::to_string(frame->film.passes_of(tile->id)),
                                               std::to_string(sample)));
         else
-            count =
-                fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_colour_rays"), rays,
-                          [&, number = frame->film.is_reference(tile->id) ? first_reference_sample + sample : sample](
-                              int x, int y) { return frame->rays.colour(x, y, number); });
+            count = fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_colour_rays"), rays,
+                              [&, number = frame->film.sample_number(tile->id, sample)](int x, int y) {
+                                  return frame->rays.colour(x, y, number);
+                              });
     });
     return count;
 }

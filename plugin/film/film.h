@@ -2,6 +2,7 @@
 /// Collects what a host answers, tile by tile, into the planes of one frame.
 #include "motion.h"
 #include "reference_tiles.h"
+#include "sampling.h"
 
 #include <equistream/aov.h>
 #include <equistream/equistream.h>
@@ -89,6 +90,10 @@ public:
         if (is_reference(tile))
             return references_.samples;
         return tile_samples_.empty() ? samples_per_pixel_ : tile_samples_[tile];
+    }
+    /// Of a tile's colour pass, 0 and up; references have numbers of their own.
+    std::uint32_t sample_number(std::uint32_t tile, std::uint32_t pass) const {
+        return is_reference(tile) ? first_reference_sample + pass : pass;
     }
     bool takes_guides() const { return takes_guides_; }
     /// Where `finish` padded colour: 0 there; null where it did not.

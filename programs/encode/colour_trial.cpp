@@ -37,6 +37,17 @@ std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) 
     return std::nullopt;
 }
 
+/// RGBA as VisibleLossMeter takes it.
+ByteImage reference_picture(const ByteImage& rgb, const FloatImage& reference) {
+    ByteImage rgba(rgb.width(), rgb.height(), 4);
+    for (int y = 0; y < rgb.height(); ++y)
+        for (int x = 0; x < rgb.width(); ++x) {
+            std::copy_n(rgb.pixel(x, y), 3, rgba.pixel(x, y));
+            rgba.pixel(x, y)[3] = reference.pixel(x, y)[3] > 0 ? 255 : 0;
+        }
+    return rgba;
+}
+
 /// Pictures as clients show them who ask for nothing in particular.
 class AsShown {
 public:
@@ -82,13 +93,13 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         picture.write(*writer, frame->info);
         pictures.push_back(std::move(rgb));
         const auto reference = frame->planes.find("reference");
-        references.push_back(reference == frame->planes.end()
-                                 ? ByteImage()
-                                 : reference_picture(reference->second, [&](ImageView<const float> linear) {
-                                       Picture many_samples;
-                                       coding(linear, frame->info.exposure, many_samples);
-                                       return shown(many_samples);
-                                   }));
+        if (reference == frame->planes.end()) {
+            references.emplace_back();
+        } else {
+            Picture many_samples;
+            coding(reference->second.view(), frame->info.exposure, many_samples);
+            references.push_back(reference_picture(shown(many_samples), reference->second));
+        }
     }
     if (pictures.empty())
         return {};

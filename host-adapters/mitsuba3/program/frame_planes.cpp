@@ -216,14 +216,15 @@ std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_
                 count = es_tile_colour_rays(task.frame, &tile, sample++, rays_.data());
                 rays.insert(rays.end(), rays_.begin(), rays_.begin() + count);
             } while (sample < tile.sample_count && rays.size() + count <= rays_of_a_launch);
-            std::vector<float> rgba = scene_.radiance(batch(rays), sensor, seed_of(tile.id, first));
+            const RayBatch traced = batch(rays);
+            std::vector<float> rgba = scene_.radiance(traced, sensor, seed_of(tile.id, first));
             for (std::size_t i = 0; i < rgba.size(); i += 4)
                 left_out += !std::all_of(&rgba[i], &rgba[i] + 4, [](float v) { return std::isfinite(v); });
             rgba.resize(std::max<std::size_t>(rgba.size(), 4));  // no pointer to nothing
             for (std::size_t pass = 0; pass < sample - first; ++pass)
                 es_tile_put_radiance(task.frame, &tile, &rgba[pass * count * 4]);
             if (task.stream->wants_guides()) {
-                const std::vector<float> all = guides(batch(rays));
+                const std::vector<float> all = guides(traced);
                 for (std::size_t pass = 0; pass < sample - first; ++pass)
                     es_tile_put_guides(task.frame, &tile, &all[pass * count * guide_channels]);
             }

@@ -6,7 +6,6 @@
 /// 8-bit RGB or RGBA, of which the first three channels count. Pure functions; rows run in parallel.
 #include <equistream/image.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -51,7 +50,7 @@ public:
     void add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded);
     /// One that is shown, and RGBA of the same size: what it should be, where A is not 0.
     void add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference);
-    /// By references where there were enough, else what coding took.
+    /// By references; of textures that too few of them show, no less than coding took. Without any what coding took.
     VisibleLoss loss() const;
 
 private:
@@ -63,19 +62,5 @@ private:
     };
     Sums coded_, referred_;
 };
-
-/// Of a frame's plane "reference": 8-bit RGBA as add_reference takes it, by what makes a display picture of linear
-/// RGBA.
-template <typename ToDisplay>
-ByteImage reference_picture(const FloatImage& reference, const ToDisplay& to_display) {
-    const ByteImage rgb = to_display(reference.view());
-    ByteImage rgba(rgb.width(), rgb.height(), 4);
-    for (int y = 0; y < rgb.height(); ++y)
-        for (int x = 0; x < rgb.width(); ++x) {
-            std::copy_n(rgb.pixel(x, y), 3, rgba.pixel(x, y));
-            rgba.pixel(x, y)[3] = reference.pixel(x, y)[3] > 0 ? 255 : 0;
-        }
-    return rgba;
-}
 
 }  // namespace equistream

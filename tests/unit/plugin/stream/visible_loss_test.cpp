@@ -113,6 +113,25 @@ TEST(VisibleLossMeter, GoesByReferencesWhereThereAreEnough) {
         EXPECT_NEAR(share, 127.5, 1) << "every second pixel is off by 15";
 }
 
+TEST(VisibleLossMeter, GoesByCodingTooWhereATextureHasTooFewReferences) {
+    // Left: flat, as it should be. Right: rich, where coding took half; the references lie on the left.
+    ByteImage picture(200, 100, 3, 100), shown(200, 100, 3, 100);
+    for (int y = 0; y < 100; ++y)
+        for (int x = 100; x < 200; ++x) {
+            std::fill_n(shown.pixel(x, y), 3, std::uint8_t(100 + (x + y) % 2 * 40));
+            std::fill_n(picture.pixel(x, y), 3, std::uint8_t(100 + (x + y) % 2 * 40 + (x / 2 % 2) * 20));
+        }
+    ByteImage reference(200, 100, 4);
+    for (int y = 0; y < 100; ++y)
+        for (int x = 0; x < 60; ++x)
+            std::ranges::fill(std::span(reference.pixel(x, y), 4), std::uint8_t{100});
+    VisibleLossMeter meter;
+    meter.add(picture.view(), shown.view());
+    meter.add_reference(shown.view(), reference.view());
+    EXPECT_EQ(loss_at(meter.loss(), 0), 0);
+    EXPECT_NEAR(loss_at(meter.loss(), 4.25f), 0.5, 0.06);
+}
+
 /// A handful of pixels at an edge is no measurement.
 TEST(VisibleLossMeter, TexturesThatHardlyAnyPixelShowsHaveTheNearestOnesLoss) {
     ByteImage flat = checkerboard(0);
