@@ -6,7 +6,6 @@ takes and ran beside others.
 
 import concurrent.futures
 import contextlib
-import ctypes
 import hashlib
 import importlib.util
 import json
@@ -94,12 +93,8 @@ def digest(folder, pattern="equistream*"):
     return sums.hexdigest()
 
 
-PRCTL, PR_SET_PDEATHSIG = ctypes.CDLL(None).prctl, 1
-
-
-def end_with_parent():
-    """In a program that is started: it is told to end when what started it is killed. The next run would find its folder in use."""
-    PRCTL(PR_SET_PDEATHSIG, signal.SIGTERM)
+# In front of a program that is started (util-linux): it ends when what started it is killed, or the next run would find its folder in use.
+ENDS_WITH_PARENT = "setpriv", "--pdeathsig", "TERM", "--"
 
 
 class Steps:
@@ -187,7 +182,7 @@ class Steps:
             raise Failed("stopped")
         # A step's views are its own: those of other settings, or of an earlier preset, make way.
         own = ["--overwrite"] if words[0] == "play" else []
-        process = subprocess.Popen([self.program, *words, *own], cwd=self.work, stdout=out, stderr=log, preexec_fn=end_with_parent)
+        process = subprocess.Popen([*ENDS_WITH_PARENT, self.program, *words, *own], cwd=self.work, stdout=out, stderr=log)
         self.running.add(process.pid)
         try:
             if self.stopped:
