@@ -67,6 +67,11 @@ def memory(report):
     return table(["program", "seconds", "samples", "resident, MB", "growth, MB", "descriptors", "more of them"], rows, 1)
 
 
+def pressure(report):
+    rows = [[name, f"{each['blocks']:,}", f"{100 * each['slower']:.2f}", f"{each['latest_ms']:.0f}"] for name, each in report["pressures"].items()]
+    return table(["beside the viewer", "blocks of 32 KiB", "slower, %", "latest block, ms later"], rows, 1)
+
+
 def foreign(report):
     kinds = report["kinds"]
     rows = [[name, str(sum(row.get(said, 0) for said in ("read", "refused", "fault"))), *(str(row.get(what, 0)) for what in ("read", "right", "other", "refused", "fault"))]
@@ -89,7 +94,7 @@ def light(report):
 def main():
     file_of_page = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
     page = file_of_page.read_text()
-    for tabled in (fuzz, foreign, luxcore, kills, light, promises, mutations, memory):
+    for tabled in (fuzz, foreign, luxcore, kills, light, pressure, promises, mutations, memory):
         file = file_of_page.with_suffix("") / f"{tabled.__name__}.json"
         if file.exists():
             page = place(page, tabled.__name__, "all", tabled(json.loads(file.read_text())))

@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""What others may do to a server, and how much later a viewer's pictures come for it.
+
+usage: pressure.py BIN_DIR --report FILE [--seconds 20]
+
+A recorded stream is served over and over. One viewer notes when each block of bytes comes: first alone, then beside each kind of pressure, then
+alone again. *Slower* is the time that the same bytes took, beside that of the first run. *Latest* is how much later than there the latest block
+came, both counted from the first byte. Those who press run in a process of their own, on the same machine.
+"""
+
+import argparse
+import contextlib
+import itertools
+import json
+import multiprocessing
+import pathlib
+import selectors
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS / "programs"), str(TESTS / "programs/live"), str(TESTS.parent / "programs/study")]
+from live_server import LiveServer, pose_message  # noqa: E402
+from steps import provenance, write_whole  # noqa: E402
+
+VIEWERS, BLOCK = 8, 1 << 15
+POSES = pose_message((0, 0, 0)) * 64
+GIANT = b"EQVM" + b"\x01\x00\x01\x00" + (0xFFFFFFFF).to_bytes(4, "little") + b"\xff" * 4096
+
+
+def connected(port):
+    with contextlib.suppress(OSError):
+        return socket.create_connection(("127.0.0.1", port), timeout=5)
+    return None
+
+
+def keep(port, number, step):
+    """So many connections; whoever was dropped comes again. `step` is what each does in turn."""
+    here = []
+    while True:
+        here += filter(None, (connected(port) for _ in range(number - len(here))))
+        for one in list(here):
+            one.setblocking(False)
+            try:
+                gone = step(one)
+            except (BlockingIOError, InterruptedError):
+                gone = False
+            except OSError:
+                gone = True
+            if gone:
+                one.close()
+                here.remove(one)
+        time.sleep(0.05)
+
+
+def closed(one, wanted):
+    return len(one.recv(wanted)) == 0
+
+
+def silent(port):
+    """500 that neither read nor send; the kernel says which were closed."""
+    def step(one):
+        return len(one.recv(1, socket.MSG_PEEK)) == 0
+
+    keep(port, 500, step)
+
+
+def slow(port):
+    """As many as there are places, which read 20 kB a second."""
+    keep(port, VIEWERS - 1, lambda one: closed(one, 1000))
+
+
+def come_and_go(port):
+    """One after another, as fast as they can."""
+    while True:
+        one = connected(port)
+        if one is not None:
+            one.close()
+
+
+def talk(port, message):
+    """As many as there are places, which read all and send all that goes through."""
+    selector = selectors.DefaultSelector()
+    here = 0
+    while True:
+        while here < VIEWERS - 1 and (one := connected(port)) is not None:
+            one.setblocking(False)
+            selector.register(one, selectors.EVENT_READ | selectors.EVENT_WRITE)
+            here += 1
+        for key, events in selector.select(1):
+            try:
+                if events & selectors.EVENT_READ and closed(key.fileobj, 1 << 18):
+                    raise ConnectionResetError
+                if events & selectors.EVENT_WRITE:
+                    key.fileobj.send(message)
+            except BlockingIOError:
+                pass
+            except OSError:
+                selector.unregister(key.fileobj)
+                key.fileobj.close()
+                here -= 1
+
+
+def poses(port):
+    talk(port, POSES)
+
+
+def giants(port):
+    talk(port, GIANT)
+
+
+PRESSURES = {"500 connections that say and read nothing": silent, "7 that read slowly": slow, "connections that come and go": come_and_go,
+             "7 that send heads without end": poses, "7 that send giant messages": giants}
+
+
+def arrivals(port, seconds, pressure=None):
+    """(seconds since the first byte, bytes in all) of each read. Pressure begins once the viewer has its place."""
+    with socket.create_connection(("127.0.0.1", port), timeout=30) as viewer:
+        viewer.recv(1, socket.MSG_PEEK)
+        others = multiprocessing.Process(target=pressure, args=(port,), daemon=True) if pressure else None
+        if others:
+            others.start()
+        try:
+            found, size, first = [], 0, time.monotonic()
+            while not found or found[-1][0] < seconds:
+                got = len(viewer.recv(BLOCK))
+                if got == 0:
+                    raise RuntimeError("the server closed the connection of the viewer that is measured")
+                size += got
+                found.append((time.monotonic() - first, size))
+        finally:
+            if others:
+                others.kill()
+                others.join()
+    return found
+
+
+def times(found):
+    """When each block was there."""
+    whole = itertools.count(BLOCK, BLOCK)
+    wanted, at = next(whole), []
+    for seconds, size in found:
+        while size >= wanted:
+            at.append(seconds)
+            wanted = next(whole)
+    return at
+
+
+def beside(alone, other):
+    both = min(len(alone), len(other)) - 1
+    return {"blocks": both, "slower": round(other[both] / alone[both] - 1, 5), "latest_ms": round(1000 * max(b - a for a, b in zip(alone, other)), 1)}
+
+
+def measured(server, seconds):
+    alone = times(arrivals(server.port, seconds))
+    found = {}
+    for name, pressure in (*PRESSURES.items(), ("alone again", None)):
+        found[name] = beside(alone, times(arrivals(server.port, seconds, pressure)))
+        print(name, found[name], flush=True)
+        time.sleep(2)  # all have gone
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("bin", type=pathlib.Path, help="folder of the built programs")
+    parser.add_argument("--report", required=True, type=pathlib.Path)
+    parser.add_argument("--seconds", type=float, default=20, help="of each run")
+    options = parser.parse_args()
+    program = options.bin.resolve() / "equistream"
+    with tempfile.TemporaryDirectory() as work:
+        def run(*words):
+            subprocess.run([program, *map(str, words)], cwd=work, check=True, stdout=subprocess.DEVNULL)
+
+        run("scene", "generate", "pavilion", "--out", "scenes")
+        run("render", "scenes/pavilion.json", "--frames", "0-29", "--size", "1024x512", "--spp", 1, "--aovs", "depth", "--progress", "none", "--out", "frames")
+        run("encode", "frames", "--out", "served.mkv", "--crf", 20, "--progress", "none")
+        server = LiveServer(program, pathlib.Path(work) / "served.mkv", work, "--loop", "--viewers", VIEWERS)
+        try:
+            found = measured(server, options.seconds)
+        finally:
+            server.close()
+    write_whole(options.report, json.dumps({**provenance(options.bin.resolve(), TESTS.parent), "seconds": options.seconds, "pressures": found}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
