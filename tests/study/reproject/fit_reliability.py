@@ -91,7 +91,6 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that reliability_pairs.py filled")
-    parser.add_argument("--path-traced", type=pathlib.Path, help="what reliability_pairs.py --path-traced filled: judged, not fitted to")
     parser.add_argument("--pixels-per-shot", type=int, default=40000, help="at most, of each group")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path, default=RESULTS, help="where the figures go")
@@ -110,18 +109,11 @@ def main():
         left_out[scene] = {**samples.notes[scene], **judge(samples, fit(samples, others), index)}
         uncoded_fit[scene] = errors(judge(samples, fit(samples, others, samples.crf == NO_STREAM), index))
         print(f"{scene} left out: good {left_out[scene]['all']['good']}, expected calibration error {errors(left_out[scene])}, {uncoded_fit[scene]}", flush=True)
-    path_traced = {}
-    if options.path_traced is not None:
-        checks = Samples(program, options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot, path_traced=True)
-        for index, scene in enumerate(checks.scenes):
-            others = np.array([i for i, name in enumerate(samples.scenes) if name != scene])
-            path_traced[scene] = {**checks.notes[scene], **judge(checks, fit(samples, others), index)}
     models = fit(samples, everything) if options.write else shipped()
-    words = ["--bin BIN --work WORK", *(["--path-traced WORK2"] if path_traced else []), f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
+    words = ["--bin BIN --work WORK", f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
     result = {"command": " ".join(["tests/study/reproject/fit_reliability.py", *words]),
               "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit(), "version": es.__version__, "machine": machine(),
               "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out, "uncoded_fit": uncoded_fit,
-              "path_traced": path_traced,
               "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(RISK_GROUPS, models)}}
     write_whole(options.out, result_text(result))
     print(options.out)

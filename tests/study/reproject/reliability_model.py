@@ -84,7 +84,19 @@ def calibration(predicted, good, stands_for):
     flagged, bad = predicted < 0.5, ~good
     return {"n": len(good), "good": round(float(np.average(good, weights=stands_for)), 4) if len(good) else None,
             "expected_calibration_error": round(float(error), 4), "worst_bin": round(worst, 4), "bins": bins,
-            "precision_below_half": ratio(flagged & bad, flagged, stands_for), "recall_below_half": ratio(flagged & bad, bad, stands_for)}
+            "precision_below_half": ratio(flagged & bad, flagged, stands_for), "recall_below_half": ratio(flagged & bad, bad, stands_for),
+            "recall_at_60_percent": recall_at(0.6, predicted, bad, stands_for)}
+
+
+def recall_at(precision, predicted, bad, stands_for):
+    """The largest share of bad pixels that any threshold flags while so many of the flagged are bad; nothing where none is bad."""
+    if not bad.any():
+        return None
+    order = np.argsort(predicted, kind="stable")
+    flagged, found = np.cumsum(stands_for[order]), np.cumsum((stands_for * bad)[order])
+    last = np.append(np.diff(predicted[order]) > 0, True)  # pixels of one prediction are flagged together
+    precise = last & (found >= precision * flagged)
+    return round(float((found[precise] / found[-1]).max(initial=0)), 4)
 
 
 def ratio(part, whole, weight):

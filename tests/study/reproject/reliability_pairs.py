@@ -12,8 +12,11 @@ of them.
 
 That noise must stay far below the tolerance, and with light that bounces it does not: the sky alone takes 1,000 samples a pixel,
 Kitchen and Sibenik in their own light 10,000 and more. So the real scenes keep geometry, textures, materials and sun, get lamps along
-the camera's path (relight), and show direct light only. --path-traced renders the scenes as they are, with more samples, to check what
-the difference makes; most of their pixels are too noisy to be used. Finished renders are kept: run it again to go on.
+the camera's path (relight), and show direct light only.
+
+--path-traced renders the scenes as they are, for confidence.py: sources as they are streamed, of 8 samples a pixel, as rendered and
+denoised, at the eyes' density and a third of it. The truth is denoised too, where it must be; reference tiles of up to 16,383 samples
+say what that made of it. Finished renders are kept: run it again to go on.
 """
 
 import argparse
@@ -30,12 +33,18 @@ import sys
 import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-SEEDS = {"eyes": (1, 3), "source": (2, 4)}
+SEEDS = {"eyes": (1, 3), "source": (2, 4), "streamed": 5}
 # Frames of the shots.
 SCENES = {"kitchen": (20, 100), "sibenik": (20, 90), "sponza-crytek": (62, 110), "san-miguel": (2, 80), "voxel-city": (20, 90), "pavilion": (20, 100)}
 BREAKERS = {"leaf": (0,), "near": (0,), "wires": (0,), "mirror": (0,), "glass": (0,)}
-# Samples per pixel and seed of the eyes, scatterings. The source has half as many samples.
-DIRECT, PATH_TRACED, GLOWING = (64, 1), (160, 8), (32, 2)
+# Samples per pixel and seed of the eyes and the source, scatterings.
+DIRECT, GLOWING = (64, 32, 1), (32, 16, 2)
+TRUE_PATH_TRACED, TRUE_GLOWING = (192, 256, 8), (64, 32, 2)
+# What is streamed, path traced: the name of its light, and its denoiser.
+STREAMED_SAMPLES = 8
+LIGHTS = {"rendered": "off", "denoised": "balanced"}
+STREAMED_COARSER = (1, 3)  # than the eyes
+SMALLER = 4
 # Lamps: metres above the path, side in metres, power (side squared times radiance).
 LAMPS = {"kitchen": (0.35, 0.1, 4.0), "sibenik": (2.5, 1.0, 90.0), "sponza-crytek": (1.5, 0.3, 25.0), "san-miguel": (1.2, 0.03, 15.0),
          "voxel-city": (2.5, 0.5, 40.0), "pavilion": (1.0, 0.3, 15.0)}
@@ -132,17 +141,15 @@ class Shots:
         if result.returncode != 0:
             raise SystemExit(f"equistream {' '.join(map(str, words))}: exit {result.returncode}: {result.stderr.strip()}")
 
-    def render(self, out, frames, bounces, *words):
+    def render(self, out, frames, *words):
         if len(list(out.glob("*/frame.*.exr"))) < frames:
             shutil.rmtree(out, ignore_errors=True)  # what is there may be of other settings
-            self.run("render", self.scene, "--frames", f"0-{frames - 1}", "--fps", FRAMES_PER_SECOND, "--max-bounces", bounces, "--progress", "none", "--out", out, *words)
+            self.run("render", self.scene, "--frames", f"0-{frames - 1}", "--fps", FRAMES_PER_SECOND, "--progress", "none", "--out", out, *words)
 
     def shoot(self, index, kind):
         frames = {**SCENES, **BREAKERS}[self.name]
         if index >= len(frames):
             return
-        samples, bounces = GLOWING if self.name in BREAKERS else PATH_TRACED if self.options.path_traced else DIRECT
-        samples = max(2, int(samples * self.options.samples_scale))
         fov_deg, (width, height) = SHOTS[kind]
         folder = self.folder / f"{kind}-{index}"
         folder.mkdir(exist_ok=True)
@@ -154,13 +161,42 @@ class Shots:
         write_path(folder / "run.csv", *around)
         write_path(folder / "eyes.csv", (position, orientation), (lean, times(orientation, turn)))
         per_degree = EYE_SIZE[0] / 2 / math.tan(math.radians(fov_deg) / 2) * math.pi / 180
-        sphere = ("--lock", "path", "--range", f"{width / per_degree:.9g},{height / per_degree:.9g}", "--size", f"{width}x{height}", "--spp", samples // 2)
-        for run in (0, 1):
-            self.render(folder / f"eyes-{run}", 2, bounces, "--path", folder / "eyes.csv", "--camera", "perspective", "--eye", "left", "--size",
-                        "{}x{}".format(*EYE_SIZE), "--fov", fov_deg, "--aovs", "depth", "--spp", samples, "--seed", SEEDS["eyes"][run])
-            self.render(folder / f"source-{run}", 1, bounces, "--path", folder / "head.csv", *sphere, "--aovs", "depth,specular", "--seed", SEEDS["source"][run])
-        self.render(folder / "run", RUN_FRAMES, bounces, "--path", folder / "run.csv", *sphere, "--aovs", "depth", "--seed", SEEDS["source"][0])
+
+        def eyes(name, smaller, *words):
+            size = "x".join(str(side // smaller) for side in EYE_SIZE)
+            self.render(folder / name, 2, "--path", folder / "eyes.csv", "--camera", "perspective", "--eye", "left", "--fov", fov_deg, "--size", size, *words)
+
+        def sphere(name, path, frames, coarser, *words):
+            self.render(folder / name, frames, "--path", folder / path, "--lock", "path", "--range", f"{width / per_degree:.9g},{height / per_degree:.9g}",
+                        "--size", f"{width // coarser}x{height // coarser}", *words)
+
+        if self.options.path_traced:
+            self.shoot_path_traced(eyes, sphere)
+        else:
+            self.shoot_direct(eyes, sphere)
         print(f"{self.name} {kind}-{index}", flush=True)
+
+    def shoot_direct(self, eyes, sphere):
+        eye_samples, source_samples, bounces = GLOWING if self.name in BREAKERS else DIRECT
+        light = ("--max-bounces", bounces, "--spp")
+        for run in (0, 1):
+            eyes(f"eyes-{run}", 1, "--aovs", "depth", *light, eye_samples, "--seed", SEEDS["eyes"][run])
+            sphere(f"source-{run}", "head.csv", 1, 1, "--aovs", "depth,specular", *light, source_samples, "--seed", SEEDS["source"][run])
+        sphere("run", "run.csv", RUN_FRAMES, 1, "--aovs", "depth", *light, source_samples, "--seed", SEEDS["source"][0])
+
+    def shoot_path_traced(self, eyes, sphere):
+        eye_samples, source_samples, bounces = TRUE_GLOWING if self.name in BREAKERS else TRUE_PATH_TRACED
+        light = ("--max-bounces", bounces, "--spp")
+        for run in (0, 1):
+            true = ("--denoise", "high", "--aovs", "depth,specular,raw,reference", *light)
+            eyes(f"eyes-{run}", 1, *true, eye_samples, "--seed", SEEDS["eyes"][run])
+            sphere(f"source-{run}", "head.csv", 1, 1, *true, source_samples, "--seed", SEEDS["source"][run])
+        for name, denoiser in LIGHTS.items():
+            streamed = ("--denoise", denoiser, "--aovs", "depth,specular", *light, STREAMED_SAMPLES, "--seed", SEEDS["streamed"])
+            eyes(f"small-{name}", SMALLER, *streamed)
+            for coarser in STREAMED_COARSER:
+                eyes(f"eyes-{name}-{coarser}", coarser, *streamed)
+                sphere(f"run-{name}-{coarser}", "run.csv", RUN_FRAMES, coarser, *streamed)
 
 
 def main():
@@ -168,8 +204,7 @@ def main():
     parser.add_argument("scenes", nargs="*", default=[*SCENES, *BREAKERS], help=", ".join((*SCENES, *BREAKERS)))
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for the renders; not in the repository")
-    parser.add_argument("--path-traced", action="store_true", help="in their own light, with every bounce")
-    parser.add_argument("--samples-scale", type=float, default=1, help="factor on the samples per pixel")
+    parser.add_argument("--path-traced", action="store_true", help="as they are streamed, in their own light, with every bounce")
     options = parser.parse_args()
     options.bin, options.work = options.bin.resolve(), options.work.resolve()
     # A first shot of every scene before the second of any.

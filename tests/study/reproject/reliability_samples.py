@@ -10,7 +10,7 @@ from dataclasses import replace
 import equistream as es
 import numpy as np
 from equistream.reprojection import ORIGINS, RELIABILITY_TOLERANCE, RISK_GROUPS
-from reliability_pairs import BREAKERS, RUN_FRAMES, RUN_SOURCE
+from reliability_pairs import BREAKERS, RUN_FRAMES, RUN_SOURCE, SMALLER
 from scipy.ndimage import uniform_filter
 
 LEAST_SIDE = 64
@@ -51,7 +51,6 @@ def decoded(program, frames, which, crf):
 
 
 COARSER = (1, 2, 3)
-SMALLER = 4
 MIRRORED, NO_GROUP = RISK_GROUPS.index("mirrored"), 255
 NOISE_SHARE = 1 / 4
 
@@ -214,7 +213,7 @@ class Shot:
 class Samples:
     """All pixels, with their scene."""
 
-    def __init__(self, program, work, rng, per_shot, path_traced=False):
+    def __init__(self, program, work, rng, per_shot):
         self.scenes, self.notes = [], {}
         parts = []
         for scene in sorted(folder for folder in work.iterdir() if folder.is_dir()):
@@ -223,7 +222,7 @@ class Samples:
                 last = {"eyes-0": 1, "eyes-1": 1, "source-0": 0, "source-1": 0, "run": RUN_FRAMES - 1}
                 if not all(list(folder.glob(f"{name}/*/frame.{frame:04d}.exr")) for name, frame in last.items()):
                     continue
-                (group, risks, good, exact, crf), noisy, seen = Shot(folder).samples(program, path_traced or scene.name in BREAKERS)
+                (group, risks, good, exact, crf), noisy, seen = Shot(folder).samples(program, scene.name in BREAKERS)
                 share = np.minimum(1, per_shot / np.bincount(group, minlength=len(RISK_GROUPS)).clip(1))[group]
                 chosen = rng.random(len(group)) < share
                 parts.append((np.full(chosen.sum(), len(self.scenes)), group[chosen], risks[chosen], good[chosen], exact[chosen], crf[chosen],
