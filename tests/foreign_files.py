@@ -22,6 +22,7 @@ import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(REPOSITORY / "programs/study"))
+from kept import result_text  # noqa: E402
 from steps import provenance, write_whole  # noqa: E402
 
 SECONDS, BYTES = 60, 4 << 30
@@ -171,7 +172,7 @@ def main():
                     if said != "refused":
                         print(f"{told[-1]}", flush=True)
     report = {**provenance(asked.bin, REPOSITORY), "kinds": {name: dict(row) for name, row in counts.items()}, "told": told}
-    write_whole(asked.report, json.dumps(report, indent=1) + "\n")
+    write_whole(asked.report, result_text(report))
     for name, row in counts.items():
         print(name, dict(row))
     return any(row["fault"] or row["other"] for row in counts.values())

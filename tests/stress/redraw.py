@@ -9,7 +9,9 @@ import math
 import pathlib
 import sys
 
-from run import FEWEST_BAD, THRESHOLDS, every_breaker, fails_enough
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "programs/study"))
+from kept import result_text  # noqa: E402
+from run import FEWEST_BAD, THRESHOLDS, every_breaker, fails_enough  # noqa: E402
 
 # The worst pixels and the gaps are few: a handful that fall the other way moves them more.
 MARGIN_DB = {"psnr_db": 0.3, "worst_percent_db": 0.8, "gaps_db": 1.5}
@@ -41,7 +43,7 @@ def main():
     if THRESHOLDS.exists():
         kept = json.loads(THRESHOLDS.read_text())["least"]
         least = {name: kept[name] for name in kept if name in every_breaker()} | least
-    THRESHOLDS.write_text(json.dumps({"made_by": "redraw.py", "margin_db": MARGIN_DB, "kept_share": KEPT_SHARE, "least": least}, indent=1) + "\n")
+    THRESHOLDS.write_text(result_text({"made_by": "redraw.py", "margin_db": MARGIN_DB, "kept_share": KEPT_SHARE, "least": least}, lines=3))
     print(THRESHOLDS)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/reproject/reliability.md, between its markers, from reliability.json beside it and nothing else."""
+"""Writes the tables of docs/results/reproject/reliability.md, between its markers, from reliability.json and confidence.json beside it and nothing else."""
 
 import json
 import pathlib
@@ -72,16 +72,43 @@ def weights_table(weights):
     return table(["risk", *weights], [[risk] + [cell(weights[group][risk]) for group in weights] for risk in risks])
 
 
+def path_traced_table(scenes):
+    """ECE in points by references, and by coding alone where that is told, by kind of source."""
+    kinds = {"clean": "clean", "rendered": "8 samples", "rendered_16": "CRF 16", "rendered_24": "CRF 24", "denoised": "denoised", "denoised_16": "denoised, CRF 16",
+             "denoised_24": "denoised, CRF 24"}
+
+    def points(kind, told):
+        by_references, by_coding = (percent(told[telling]["expected_calibration_error"]) for telling in ("by references", "by coding"))
+        return by_references if kind == "clean" else f"{by_references} / {by_coding}"
+
+    return table(["scene", *kinds.values()], [[name, *(points(kind, scene["kinds"][kind]) for kind in kinds)] for name, scene in scenes.items()], 1)
+
+
+def uncovered_table(scenes):
+    rows = []
+    for name, scene in scenes.items():
+        of = scene["uncovered"]
+        rows.append([name, f"{scene['shots']}", percent(scene["left_out_for_noise"]), f"{scene['truth_off_references']['mean_255']:.1f}", f"{of['n']:,}", percent(1 - of["good"]),
+                     percent(of["recall_at_60_percent"]), percent(of["precision_below_half"]), percent(of["recall_below_half"])])
+    return table(["scene", "shots", "too noisy %", "truth off by, of 255", "uncovered pixels", "bad %", "recall at 60 %", "precision below one half %", "recall below one half %"],
+                 rows, 1)
+
+
+def made(result):
+    commit = result.get("commit") or result["versions"]["commit"]
+    return f"`{result['command']}`, {result['made']}, commit {commit}, {result['machine']['cpu']}, {result['machine']['cores']} cores."
+
+
 def main(folder=FOLDER):
-    result = json.loads((folder / "reliability.json").read_text())
+    result, seen = (json.loads((folder / f"{name}.json").read_text()) for name in ("reliability", "confidence"))
     file = folder / "reliability.md"
     page = file.read_text()
     left_out = result["left_out"]
     for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["uncoded_fit"])),
                        ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
-                       *([("path-traced", scenes_table(result["path_traced"]))] if result["path_traced"] else []),
+                       ("path-traced", path_traced_table(seen["scenes"])), ("uncovered", uncovered_table(seen["scenes"])), ("path-traced-made", made(seen)),
                        ("weights", weights_table(result["weights"])),
-                       ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):
+                       ("made", made(result))):
         page = place(page, "reliability-" + name, "all", text)
     file.write_text(page)
     print(file)
