@@ -8,6 +8,7 @@
 #include <equistream/text.h>
 #include <plugin/film/sampling.h>
 
+#include <algorithm>
 #include <cstring>
 
 using namespace equistream;

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What others may do to a server, and how much later a viewer's pictures come for it.
 
-usage: pressure.py BIN_DIR --report FILE [--seconds 20]
+usage: pressure.py BIN_DIR --report FILE [--seconds 15]
 
 A recorded stream is served over and over. One viewer notes when each block of bytes comes: first alone, then beside each kind of pressure, then
 alone again. *Slower* is the time that the same bytes took, beside that of the first run. *Latest* is how much later than there the latest block
@@ -31,9 +31,15 @@ POSES = pose_message((0, 0, 0)) * 64
 GIANT = b"EQVM" + b"\x01\x00\x01\x00" + (0xFFFFFFFF).to_bytes(4, "little") + b"\xff" * 4096
 
 
+# What those who press have done: connections, bytes sent. Theirs is another process.
+done = multiprocessing.Array("q", 2)
+
+
 def connected(port):
     with contextlib.suppress(OSError):
-        return socket.create_connection(("127.0.0.1", port), timeout=5)
+        one = socket.create_connection(("127.0.0.1", port), timeout=5)
+        done[0] += 1
+        return one
     return None
 
 
@@ -61,7 +67,7 @@ def closed(one, wanted):
 
 
 def silent(port):
-    """500 that neither read nor send; the kernel says which were closed."""
+    """500 that neither read nor send. Those that are refused or dropped come again."""
     def step(one):
         return len(one.recv(1, socket.MSG_PEEK)) == 0
 
@@ -84,7 +90,7 @@ def come_and_go(port):
 def talk(port, message):
     """As many as there are places, which read all and send all that goes through."""
     selector = selectors.DefaultSelector()
-    here = 0
+    here, unsent = 0, {}
     while True:
         while here < VIEWERS - 1 and (one := connected(port)) is not None:
             one.setblocking(False)
@@ -95,11 +101,15 @@ def talk(port, message):
                 if events & selectors.EVENT_READ and closed(key.fileobj, 1 << 18):
                     raise ConnectionResetError
                 if events & selectors.EVENT_WRITE:
-                    key.fileobj.send(message)
+                    left = unsent.get(key.fd) or message
+                    sent = key.fileobj.send(left)
+                    unsent[key.fd] = left[sent:]
+                    done[1] += sent
             except BlockingIOError:
                 pass
             except OSError:
                 selector.unregister(key.fileobj)
+                unsent.pop(key.fd, None)
                 key.fileobj.close()
                 here -= 1
 
@@ -120,17 +130,20 @@ def arrivals(port, seconds, pressure=None):
     """(seconds since the first byte, bytes in all) of each read. Pressure begins once the viewer has its place."""
     with socket.create_connection(("127.0.0.1", port), timeout=30) as viewer:
         viewer.recv(1, socket.MSG_PEEK)
+        found, size, first = [], 0, time.monotonic()
+        done[:] = 0, 0
         others = multiprocessing.Process(target=pressure, args=(port,), daemon=True) if pressure else None
         if others:
             others.start()
         try:
-            found, size, first = [], 0, time.monotonic()
             while not found or found[-1][0] < seconds:
                 got = len(viewer.recv(BLOCK))
                 if got == 0:
                     raise RuntimeError("the server closed the connection of the viewer that is measured")
                 size += got
                 found.append((time.monotonic() - first, size))
+            if others and not others.is_alive():
+                raise RuntimeError(f"{pressure.__name__}: those who press have ended")
         finally:
             if others:
                 others.kill()
@@ -158,7 +171,7 @@ def measured(server, seconds):
     alone = times(arrivals(server.port, seconds))
     found = {}
     for name, pressure in (*PRESSURES.items(), ("alone again", None)):
-        found[name] = beside(alone, times(arrivals(server.port, seconds, pressure)))
+        found[name] = beside(alone, times(arrivals(server.port, seconds, pressure))) | {"connections": done[0], "sent_mb": round(done[1] / 1e6, 1)}
         print(name, found[name], flush=True)
         time.sleep(2)  # all have gone
     return found
@@ -168,7 +181,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("bin", type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--report", required=True, type=pathlib.Path)
-    parser.add_argument("--seconds", type=float, default=20, help="of each run")
+    parser.add_argument("--seconds", type=float, default=15, help="of each run")
     options = parser.parse_args()
     program = options.bin.resolve() / "equistream"
     with tempfile.TemporaryDirectory() as work:
@@ -183,7 +196,7 @@ def main():
             found = measured(server, options.seconds)
         finally:
             server.close()
-    write_whole(options.report, json.dumps({**provenance(options.bin.resolve(), TESTS.parent), "seconds": options.seconds, "pressures": found}, indent=1) + "\n")
+    write_whole(options.report, json.dumps({"command": f"tests/study/pressure.py BIN --seconds {options.seconds:g}", **provenance(options.bin.resolve(), TESTS.parent), "pressures": found}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

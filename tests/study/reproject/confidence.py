@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Judges the confidence map as it is shipped by path-traced pairs: noisy, denoised and coded, told of references or of coding alone.
+"""Judges the confidence map as it is shipped by path-traced pairs: noisy, denoised and coded; loss is measured by references or by coding alone.
 
     PYTHONPATH=build/release/package confidence.py --bin build/release/bin --work FOLDER [--out FILE]
 
@@ -135,7 +135,7 @@ class Shot:
         meters[REFERENCES].add_reference(seen, np.dstack([reference, np.full(reference.shape[:2], 255, np.uint8)]))
 
     def judged(self, kind, factor, losses):
-        """Of both eyes and all chains: (good, uncovered, how noisy the truth is, prediction for each telling) of each pixel with colour."""
+        """Of both eyes and all chains: (good, uncovered, whether the truth is known, a prediction for each way to measure loss) of each pixel with colour."""
         for eye, frames in enumerate(self.eyes):
             info = frames[0].info
             truth, quiet = truth_of(frames)
@@ -176,7 +176,7 @@ def finished(folder):
 
 
 def off_references(shots):
-    """How far the truth is from reference tiles, of what is used."""
+    """How far the truth is from reference tiles, among the pixels that are used."""
     differences = []
     for frames in (frames for shot in shots for frames in shot.eyes):
         truth, quiet = truth_of(frames)

@@ -88,9 +88,9 @@ def uncovered_table(scenes):
     rows = []
     for name, scene in scenes.items():
         of = scene["uncovered"]
-        rows.append([name, f"{scene['shots']}", percent(scene["left_out_for_noise"]), f"{scene['truth_off_references']['mean_255']:.1f}", f"{of['n']:,}", percent(1 - of["good"]),
+        rows.append([name, f"{scene['shots']}", percent(scene["left_out_for_noise"]), f"{scene['truth_off_references']['mean_255']:.1f}", f"{of['n']:,}", percent(1 - of["good"]), share_off(of),
                      percent(of["recall_at_60_percent"]), percent(of["precision_below_half"]), percent(of["recall_below_half"])])
-    return table(["scene", "shots", "too noisy %", "truth off by, of 255", "uncovered pixels", "bad %", "recall at 60 %", "precision below one half %", "recall below one half %"],
+    return table(["scene", "shots", "too noisy %", "truth off by, of 255", "uncovered pixels", "bad %", "ECE, points", "recall at 60 %", "precision below one half %", "recall below one half %"],
                  rows, 1)
 
 
