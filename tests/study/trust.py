@@ -68,7 +68,7 @@ def memory(report):
 
 
 def pressure(report):
-    rows = [[name, f"{each['blocks']:,}", f"{each['connections']:,}", f"{each['sent_mb']:.1f}", f"{100 * each['slower'] + 0:.2f}", f"{each['latest_ms']:.1f}"] for name, each in report["pressures"].items()]
+    rows = [[name, f"{each['blocks']:,}", f"{each['connections']:,}", f"{each['sent_mb']:.1f}", f"{round(100 * each['slower'], 2) + 0:.2f}", f"{each['latest_ms']:.1f}"] for name, each in report["pressures"].items()]
     return table(["beside the viewer", "blocks of 32 KiB", "connections", "sent, MB", "slower, %", "latest block, ms later"], rows, 1)
 
 
