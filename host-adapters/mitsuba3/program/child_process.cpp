@@ -5,16 +5,15 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <system_error>
-
-extern char** environ;
 
 namespace equistream::mitsuba_host {
 namespace {
@@ -81,15 +80,17 @@ std::string run_beside(const std::string& program, const std::vector<std::string
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     Pipe out, err;
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, out.write_end, STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, err.write_end, STDERR_FILENO);
-    pid_t child = 0;
-    const int failure = posix_spawn(&child, file.c_str(), &actions, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failure != 0)
-        throw WorkError(file + ": " + std::strerror(failure));
+    const pid_t parent = getpid();
+    const pid_t child = fork();
+    if (child == 0) {
+        // Or it would go on and hold its folder, were this program killed.
+        if (prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && getppid() == parent && dup2(out.write_end, STDOUT_FILENO) >= 0 &&
+            dup2(err.write_end, STDERR_FILENO) >= 0)
+            execv(file.c_str(), argv.data());
+        _exit(127);
+    }
+    if (child < 0)
+        throw WorkError(file + ": " + std::strerror(errno));
     out.close_write_end();
     err.close_write_end();
     std::string output, errors;
