@@ -73,6 +73,9 @@ std::string complaint(std::string text) {
 
 }  // namespace
 
+/// Exit status, as of shells.
+constexpr int not_started = 127;
+
 std::string run_beside(const std::string& program, const std::vector<std::string>& arguments) {
     const std::string file = (cli::own_folder() / program).string();
     std::vector<char*> argv{const_cast<char*>(file.c_str())};
@@ -87,7 +90,7 @@ std::string run_beside(const std::string& program, const std::vector<std::string
         if (prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && getppid() == parent && dup2(out.write_end, STDOUT_FILENO) >= 0 &&
             dup2(err.write_end, STDERR_FILENO) >= 0)
             execv(file.c_str(), argv.data());
-        _exit(127);
+        _exit(not_started);
     }
     if (child < 0)
         throw WorkError(file + ": " + std::strerror(errno));
@@ -100,6 +103,8 @@ std::string run_beside(const std::string& program, const std::vector<std::string
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
         return output;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == not_started)
+        throw WorkError(expected_found(file, "a program that can be started", "none"));
     const std::string what = quotable(errors.empty() ? program + ": failed without a word" : complaint(errors), 900);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 2)
         throw InputError(what);

@@ -11,6 +11,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import socket
@@ -202,6 +203,30 @@ class Kills(Killed):
         if not (TOLD.bin / "equistream-render-mitsuba").exists():
             self.skipTest("built without Mitsuba")
         self.survives("mitsuba", ["render", self.scene, "--host", "mitsuba", "--frames", "0-3", "--size", "96x48", "--spp", 4])
+
+    def test_conversion_ends_with_a_killed_render(self):
+        """The program that converts a scene for Mitsuba is stopped and its render killed. When it may go on, it must end."""
+        if not (TOLD.bin / "equistream-render-mitsuba").exists():
+            self.skipTest("built without Mitsuba")
+        place = self.place_of("conversion")
+        process = start("render", self.scene, "--host", "mitsuba", "--frames", 0, "--size", "96x48", "--spp", 1, "--out", place / "out")
+        tasks, converters = pathlib.Path(f"/proc/{process.pid}/task"), []
+        while not converters and process.poll() is None:
+            children = [int(child) for file in tasks.glob("*/children") for child in file.read_text().split()]
+            # Until its program begins, a child has its parent's words, and its standard error.
+            converters = [child for child in children if b"equistream-scene" in words_of(pathlib.Path(f"/proc/{child}")).split(b"\0")[0]]
+        self.assertEqual(len(converters), 1)
+        converter = pathlib.Path(f"/proc/{converters[0]}")
+        os.kill(converters[0], signal.SIGSTOP)
+        process.kill()
+        process.communicate()
+        waiting = int(re.search(r"ShdPnd:\s+(\w+)", (converter / "status").read_text())[1], 16)
+        os.kill(converters[0], signal.SIGCONT)
+        self.assertTrue(waiting & 1 << signal.SIGTERM - 1, "it is not told to end")
+        deadline = time.monotonic() + 60
+        while is_at_work(place):
+            self.assertLess(time.monotonic(), deadline, "it goes on")
+            time.sleep(0.01)
 
     def test_render_accumulated(self):
         self.survives("accumulate", ["render", self.scene, "--frames", "0-5", "--size", "128x64", "--spp", 4, "--accumulate", 8])

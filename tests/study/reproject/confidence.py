@@ -21,12 +21,11 @@ from dataclasses import replace
 import equistream as es
 import numpy as np
 from equistream.reprojection import ORIGINS, RELIABILITY_TOLERANCE
-from scipy.ndimage import uniform_filter
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from reliability_model import REPOSITORY, calibration  # noqa: E402
 from reliability_pairs import LIGHTS, RUN_FRAMES, RUN_SOURCE, SMALLER, STREAMED_COARSER  # noqa: E402
-from reliability_samples import CRFS, NO_STREAM, NOISE_SHARE, SMALL_CRF_MORE, STREAMED, Chain, coding_step, decoded, rounded, smaller  # noqa: E402
+from reliability_samples import CRFS, NO_STREAM, NOISE_SHARE, SMALL_CRF_MORE, STREAMED, Chain, both_runs, coding_step, decoded, noise_of, rounded, smaller  # noqa: E402
 from kept import result_text  # noqa: E402
 from steps import provenance, run_as_program, write_whole  # noqa: E402
 
@@ -46,10 +45,6 @@ def read(folder, name, index):
     return es.read_frame(next(folder.glob(f"{name}/*/frame.{index:04d}.exr")))
 
 
-def both_runs(folder, name, index):
-    return [read(folder, f"{name}-{run}", index) for run in (0, 1)]
-
-
 def mean_of(frames, plane="colour"):
     return np.mean([frame[plane][:, :, :3] for frame in frames], axis=0)
 
@@ -64,10 +59,8 @@ def shown_255(frames, plane="colour"):
 
 
 def is_quiet(frames, plane):
-    """Where the mean of two runs has a standard deviation, over 5x5 pixels, of the worst channel, that is far below the tolerance."""
-    first, second = (shown_255([frame], plane) for frame in frames)
-    variance = uniform_filter(((first - second) / 2) ** 2, (5, 5, 0)).max(axis=2)
-    return variance <= (NOISE_SHARE * RELIABILITY_TOLERANCE) ** 2
+    """Where the noise of two runs' mean is far below the tolerance."""
+    return noise_of(frames, frames[0].info.exposure, plane) <= NOISE_SHARE * RELIABILITY_TOLERANCE
 
 
 def truth_of(frames):
@@ -99,8 +92,8 @@ class Shot:
 
     def __init__(self, folder, program):
         self.folder, self.program = folder, program
-        self.eyes = [both_runs(folder, "eyes", index) for index in (0, 1)]
-        self.sources = both_runs(folder, "source", 0)
+        self.eyes = [both_runs(folder, "eyes", index)[0] for index in (0, 1)]
+        self.sources = both_runs(folder, "source", 0)[0]
         self.shown_as = {}
 
     def rendered(self, light, factor, eye):

@@ -15,7 +15,7 @@ Kitchen and Sibenik in their own light 10,000 and more. So the real scenes keep 
 the camera's path (relight), and show direct light only.
 
 --path-traced renders the scenes as they are, for confidence.py: sources as they are streamed, of 8 samples a pixel, as rendered and
-denoised, at the eyes' density and a third of it. The truth is denoised too, where it must be; reference tiles of up to 16,383 samples
+denoised, at the eyes' density and a third of it. The truth is denoised too, where it must be; reference tiles of 64 times the samples
 say what that made of it. Finished renders are kept: run it again to go on.
 """
 
@@ -204,7 +204,7 @@ def main():
     parser.add_argument("scenes", nargs="*", default=[*SCENES, *BREAKERS], help=", ".join((*SCENES, *BREAKERS)))
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for the renders; not in the repository")
-    parser.add_argument("--path-traced", action="store_true", help="as they are streamed, in their own light, with every bounce")
+    parser.add_argument("--path-traced", action="store_true", help="as they are streamed, in their own light, with 8 scatterings")
     options = parser.parse_args()
     options.bin, options.work = options.bin.resolve(), options.work.resolve()
     # A first shot of every scene before the second of any.

@@ -97,9 +97,9 @@ def both_runs(folder, name, index):
     return frames, np.mean([frame["colour"][:, :, :3] for frame in frames], axis=0)
 
 
-def noise_of(frames, exposure):
+def noise_of(frames, exposure, plane="colour"):
     """Standard deviation of the mean of two runs, display-referred, in 1/255, of the worst channel, over 5x5 pixels."""
-    first, second = (255 * es.DisplayTransform().to_display(frame["colour"][:, :, :3], exposure).astype(float) for frame in frames)
+    first, second = (255 * es.DisplayTransform().to_display(np.ascontiguousarray(frame[plane][:, :, :3]), exposure).astype(float) for frame in frames)
     variance = uniform_filter(((first - second) / 2) ** 2, (5, 5, 0))
     return np.sqrt(np.maximum(variance.max(axis=2), 0))
 
