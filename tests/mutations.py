@@ -4,7 +4,8 @@
 usage: mutations.py BUILD --report FILE [--changes N] [--seed N] [--folders NAMES]
 
 BUILD is a build folder of this checkout, without changes of its own: each change is made in place, built, tested and taken back. A folder's own
-tests are the unit tests whose sources lie in the folder of the same name; where it has none, all of its parent's. A change is *found* where a test
+tests are the unit tests whose sources lie in the folder of the same name; where it has none, all of its parent's. Code that is a program or a plugin
+has the tests that run it beside (RUN_BY). A change is *found* where a test
 fails, crashes or runs for ten times as long as before. It *survived* where all pass, and *in no test* where none of them compiles the file. *no program*
 does not compile and does not count. Changes that are in the report already are not made again. Read the survivors: set "equivalent" of one that cannot
 matter to the reason.
@@ -25,6 +26,15 @@ sys.path.insert(0, str(ROOT / "programs/study"))
 from steps import provenance, write_whole  # noqa: E402
 
 FOLDERS = "plugin", "client", "host-adapters"
+# Code that is a program, a plugin or a module: what is built of it, and the tests that run it.
+RUN_BY = {
+    "host-adapters/mitsuba3": (("equistream-render-mitsuba", "equirect", "equirect_aov"),
+                               ("golden.mitsuba_bad_input", "mitsuba.sensor", "mitsuba.modes", "mitsuba.geometry", "mitsuba.motion", "mitsuba.virtual",
+                                "golden.mitsuba_own_xml", "golden.mitsuba_plain_xml")),
+    "host-adapters/import": (("equistream-import",), ("golden.import",)),
+    "client/playback": (("equistream-play",), ("golden.playback",)),
+    "client/python": (("equistream_python",), ("python.frames", "python.reprojection")),
+}
 FEWEST_TEST_S = 60
 NUMBER = r"(?<![\w.])(\d+)(?![\w.'])"
 
@@ -78,9 +88,18 @@ def own_tests(build):
     return {folder: names & built for folder, names in tests.items() if names & built}
 
 
-def tests_of(file, tests):
-    names = next((tests[str(place)] for place in pathlib.Path(file).parents if str(place) in tests), set())
-    return names | tests["client/gl"] if "gl" in pathlib.Path(file).parts else names
+def of_place(file, table):
+    """What the table says of the file's folder, or of the nearest above it; None where it says nothing."""
+    return next((table[str(place)] for place in pathlib.Path(file).parents if str(place) in table), None)
+
+
+def subject_of(file, tests):
+    """(targets, tests) that tell whether the file is right."""
+    names = of_place(file, tests) or set()
+    if "gl" in pathlib.Path(file).parts:
+        names = names | tests["client/gl"]
+    targets, others = of_place(file, RUN_BY) or ((), ())
+    return (*sorted(names), *targets), (*sorted(names), *others)
 
 
 @contextlib.contextmanager
@@ -95,29 +114,45 @@ def changed(file, number, line):
         (ROOT / file).write_text(before)
 
 
-def built(build, names):
+def built(build, targets):
     """Whether they build; None where there was nothing to do."""
-    done = run("cmake", "--build", build, "--target", *sorted(names), "--", "-k", "1")
+    done = run("cmake", "--build", build, "--target", *targets, "--", "-k", "1")
     return None if "ninja: no work to do" in done.stdout else done.returncode == 0
 
 
-def failing(build, names, seconds):
-    """The first test that fails; None where none does."""
-    for name in sorted(names):
-        try:
-            if run("ctest", "--test-dir", build, "-R", f"^{name}$", "--timeout", int(seconds), timeout=2 * seconds).returncode != 0:
+def passes(build, name, seconds):
+    try:
+        return run("ctest", "--test-dir", build, "-R", f"^{re.escape(name)}$", "--timeout", int(seconds), timeout=2 * seconds).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+class Tests:
+    """What they take without a change; each is timed once, when it is first wanted."""
+
+    def __init__(self, build):
+        self.build, self.seconds = build, {}
+
+    def time(self, names):
+        for name in (name for name in names if name not in self.seconds):
+            begun = time.monotonic()
+            if not passes(self.build, name, 600):
+                sys.exit(f"mutations.py: expected tests that pass without a change, found {name} to fail")
+            self.seconds[name] = time.monotonic() - begun
+
+    def noticing(self, names):
+        """The first test that fails, the quickest first; None where none does."""
+        for name in sorted(names, key=self.seconds.get):
+            if not passes(self.build, name, max(FEWEST_TEST_S, 10 * self.seconds[name])):
                 return name
-        except subprocess.TimeoutExpired:
-            return name
-    return None
+        return None
 
-
-def verdict(build, names, seconds):
-    is_built = built(build, names)
-    if not is_built:
-        return {"verdict": "no program" if is_built is False else "in no test"}
-    noticed = failing(build, names, seconds)
-    return {"verdict": "found", "by": noticed} if noticed else {"verdict": "survived"}
+    def verdict(self, targets, names):
+        is_built = built(self.build, targets)
+        if not is_built:
+            return {"verdict": "no program" if is_built is False else "in no test"}
+        noticed = self.noticing(names)
+        return {"verdict": "found", "by": noticed} if noticed else {"verdict": "survived"}
 
 
 def summary(changes):
@@ -140,11 +175,10 @@ def main():
         sys.exit("mutations.py: expected a checkout without changes, found some")
     report = json.loads(asked.report.read_text()) if asked.report.exists() else {"seed": asked.seed, **provenance(build / "bin", ROOT), "changes": []}
     known = {(each["file"], each["line"]) for each in report["changes"]}
-    tests = own_tests(build)
+    folder_tests, tests = own_tests(build), Tests(build)
     chance = random.Random(asked.seed)
     lines = list(code_lines(asked.folders.split(",")))
     chance.shuffle(lines)
-    times = {}
     for file, number in lines:
         text = (ROOT / file).read_text().splitlines()[number]
         become = chance.choice(choices(text))
@@ -152,21 +186,16 @@ def main():
             break
         if (file, number + 1) in known:
             continue
-        names = tests_of(file, tests)
-        key = tuple(sorted(names))
-        if key not in times:
-            if not names or built(build, names) is False:
-                sys.exit(f"mutations.py: expected tests of {file} that build, found {', '.join(names) or 'none'}")
-            begun = time.monotonic()
-            if broken := failing(build, names, 600):
-                sys.exit(f"mutations.py: expected tests that pass without a change, found {broken} to fail")
-            times[key] = time.monotonic() - begun
+        targets, names = subject_of(file, folder_tests)
+        if not names or built(build, targets) is False:
+            sys.exit(f"mutations.py: expected tests of {file} that build, found {', '.join(names) or 'none'}")
+        tests.time(names)
         with changed(file, number, become):
-            said = verdict(build, names, max(FEWEST_TEST_S, 10 * times[key]))
+            said = tests.verdict(targets, names)
         report["changes"].append({"file": file, "line": number + 1, "before": text.strip(), "after": become.strip(), **said})
         write_whole(asked.report, json.dumps(report, indent=1) + "\n")
         print(f"{file}:{number + 1}: {text.strip()} -> {become.strip()}: {said['verdict']} {said.get('by', '')}", flush=True)
-    built(build, set().union(*tests.values()))
+    built(build, sorted(set().union(*folder_tests.values())))
     print(summary(report["changes"]))
 
 
