@@ -210,14 +210,14 @@ private:
         const auto start = Clock::now();
         outputs_->write(played);
         played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
-        report_.frames.push_back(std::move(played.figures));
+        report_.add(std::move(played.figures));
     }
 
     void note_head_box() {
-        const auto outside = std::ranges::count_if(report_.frames, &FrameFigures::outside_head_box);
-        if (outside > 0)
-            report_.notes.push_back("in " + std::to_string(outside) + " of " + std::to_string(report_.frames.size()) +
-                                    " frames an eye is outside the head box that " + report_.settings.source +
+        if (report_.outside_head_box > 0)
+            report_.notes.push_back("in " + std::to_string(report_.outside_head_box) + " of " +
+                                    std::to_string(report_.played) + " frames an eye is outside the head box that " +
+                                    report_.settings.source +
                                     " was rendered for: parallax there is beyond its error bound");
     }
 

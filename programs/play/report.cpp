@@ -19,7 +19,7 @@ double percentile(const std::vector<double>& sorted, double share) {
     return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
 }
 
-std::vector<double> sorted_samples(const std::vector<FrameFigures>& frames, std::size_t stage) {
+std::vector<double> sorted_samples(const std::deque<FrameFigures>& frames, std::size_t stage) {
     std::vector<double> samples;
     for (const FrameFigures& frame : frames)
         samples.insert(samples.end(), frame.milliseconds[stage].begin(), frame.milliseconds[stage].end());
@@ -31,7 +31,7 @@ double mean(const std::vector<double>& samples) {
     return samples.empty() ? 0 : std::accumulate(samples.begin(), samples.end(), 0.0) / double(samples.size());
 }
 
-Json summary(const std::vector<FrameFigures>& frames) {
+Json summary(const std::deque<FrameFigures>& frames) {
     Json stages = Json::object();
     for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
         const std::vector<double> samples = sorted_samples(frames, stage);
@@ -79,7 +79,7 @@ void add_by_pass(const FilledCounts& filled, FilledCounts& sum) {
     }
 }
 
-EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigures::*eye) {
+EyeFigures total(const std::deque<FrameFigures>& frames, EyeFigures FrameFigures::*eye) {
     EyeFigures sum;
     for (const FrameFigures& frame : frames) {
         const EyeFigures& figures = frame.*eye;
@@ -175,6 +175,14 @@ Json begun_report_json(const Settings& settings) {
     return json;
 }
 
+void Report::add(FrameFigures&& frame) {
+    ++played;
+    outside_head_box += frame.outside_head_box;
+    if (frames.size() == kept_frames)
+        frames.pop_front();
+    frames.push_back(std::move(frame));
+}
+
 Json Report::json() const {
     Json json = begun_report_json(settings);
     if (source && source->samples_per_pixel > 0)
@@ -192,6 +200,7 @@ Json Report::json() const {
     json["notes"] = notes;
     json["truncation"] = truncation;
     json["scene_load_ms"] = scene_load_ms;
+    json["played"] = played;
     json["milliseconds"] = summary(frames);
     json["eyes"] = {{"left", shares(total(frames, &FrameFigures::left))},
                     {"right", shares(total(frames, &FrameFigures::right))}};
@@ -222,8 +231,11 @@ Json Report::json() const {
 }
 
 std::string Report::table() const {
-    std::string out = formatted("%zu %s, method %s, depth %s%s\n", frames.size(), viewing ? "refreshes" : "frames",
+    const char* shown = viewing ? "refreshes" : "frames";
+    std::string out = formatted("%lld %s, method %s, depth %s%s\n", static_cast<long long>(played), shown,
                                 method.c_str(), depth.c_str(), gl_driver.empty() ? "" : (" by " + gl_driver).c_str());
+    if (played > std::int64_t(frames.size()))
+        out += formatted("figures of the latest %zu %s\n", frames.size(), shown);
     if (choice)
         out += "auto: " + choice->line() + "\n";
     for (const Change& change : changes)

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <array>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -43,6 +44,9 @@ nlohmann::ordered_json settings_json(const Settings& settings);
 nlohmann::ordered_json begun_report_json(const Settings& settings);
 
 struct Report {
+    /// Of so many frames figures are kept, about a kilobyte each: two minutes at 30 a second.
+    static constexpr std::size_t kept_frames = 3600;
+
     Settings settings;
     std::string method;            ///< as used, of --method auto at the start
     std::string depth;             ///< so too; "none" where nothing needed it
@@ -51,7 +55,9 @@ struct Report {
     std::optional<Choice> choice;  ///< of --method auto, at the start
     std::vector<Change> changes;   ///< of it, while playing
     std::vector<std::string> notes;
-    std::vector<FrameFigures> frames;         ///< or refreshes that are not blank
+    std::deque<FrameFigures> frames;          ///< the latest, or refreshes that are not blank
+    std::int64_t played = 0;                  ///< frames in all
+    std::int64_t outside_head_box = 0;        ///< of all
     std::optional<Viewing> viewing;           ///< where there are refreshes
     std::optional<SteeringFigures> steering;  ///< where heads were sent
     std::vector<FeedTrack> tracks;
@@ -60,6 +66,7 @@ struct Report {
     double scene_load_ms = 0;
     std::int64_t output_bytes = 0;
 
+    void add(FrameFigures&& frame);
     nlohmann::ordered_json json() const;
     std::string table() const;
 };

@@ -1,0 +1,40 @@
+#include <programs/play/report.h>
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace equistream::play {
+namespace {
+
+/// A live stream may be played for days: what is kept of its frames stays as large as after two minutes.
+TEST(Report, LongPlaysKeepTheLatestFrames) {
+    Report report;
+    const auto played = std::int64_t(Report::kept_frames) + 100;
+    for (std::int64_t index = 0; index < played; ++index) {
+        FrameFigures frame;
+        frame.index = index;
+        frame.outside_head_box = index < 3;
+        frame.milliseconds[0] = {index < 100 ? 1000.0 : 1.0};
+        report.add(std::move(frame));
+    }
+    const nlohmann::ordered_json json = report.json();
+    EXPECT_EQ(json["played"], played);
+    ASSERT_EQ(json["frames"].size(), Report::kept_frames);
+    EXPECT_EQ(json["frames"].front()["index"], 100);
+    EXPECT_EQ(json["frames"].back()["index"], played - 1);
+    EXPECT_EQ(json["milliseconds"].front()["p99"], 1.0);
+    EXPECT_EQ(report.outside_head_box, 3);
+    EXPECT_NE(report.table().find("figures of the latest 3600 frames"), std::string::npos);
+}
+
+TEST(Report, ShortPlaysKeepAll) {
+    Report report;
+    report.add({});
+    EXPECT_EQ(report.json()["played"], 1);
+    EXPECT_EQ(report.json()["frames"].size(), 1u);
+    EXPECT_EQ(report.table().find("latest"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace equistream::play
