@@ -31,6 +31,7 @@ RUN_BY = {
     "host-adapters/mitsuba3": (("equistream-render-mitsuba", "equirect", "equirect_aov"),
                                ("golden.mitsuba_bad_input", "mitsuba.sensor", "mitsuba.modes", "mitsuba.geometry", "mitsuba.motion", "mitsuba.virtual",
                                 "golden.mitsuba_own_xml", "golden.mitsuba_plain_xml")),
+    "plugin/film": (("abi_test",), ("abi_test",)),
     "host-adapters/import": (("equistream-import",), ("golden.import",)),
     "client/playback": (("equistream-play",), ("golden.playback",)),
     "client/python": (("equistream_python",), ("python.frames", "python.reprojection")),

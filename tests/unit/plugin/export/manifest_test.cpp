@@ -12,6 +12,8 @@
 #include <sys/stat.h>
 
 #include <cerrno>
+#include <functional>
+#include <set>
 
 namespace equistream::testing {
 namespace {
@@ -53,6 +55,29 @@ TEST_F(ManifestFile, comes_back_exactly) {
     EXPECT_EQ(width_of(read.shared.camera), 960);
     EXPECT_EQ(read.shared.geometry_fingerprint, written.shared.geometry_fingerprint);
     EXPECT_EQ(read.single_part, std::nullopt);
+}
+
+/// Frames of one setting must not go on in a folder of another.
+TEST_F(ManifestFile, the_fingerprint_tells_settings_apart) {
+    std::set<std::string> told{sequence_fingerprint(example(), "host")};
+    const auto expect_new = [&](const char* what, const std::function<void(Manifest&)>& change) {
+        Manifest other = example();
+        change(other);
+        EXPECT_TRUE(told.insert(sequence_fingerprint(other, "host")).second) << what;
+    };
+    expect_new("samples", [](Manifest& m) { m.shared.samples_per_pixel += 1; });
+    expect_new("seed", [](Manifest& m) { m.shared.seed += 1; });
+    expect_new("exposure", [](Manifest& m) { m.shared.exposure += 0.5; });
+    expect_new("planes", [](Manifest& m) { m.planes.push_back("motion"); });
+    expect_new("scene", [](Manifest& m) { m.shared.scene += "2"; });
+    expect_new("size", [](Manifest& m) { m.shared.camera = EquirectCamera{1920, 960}; });
+    expect_new("denoiser", [](Manifest& m) { m.shared.denoiser = "balanced"; });
+    expect_new("history", [](Manifest& m) { m.shared.accumulated_frames = 8; });
+    EXPECT_TRUE(told.insert(sequence_fingerprint(example(), "another host")).second);
+    EXPECT_EQ(told.count(sequence_fingerprint(example(), "host")), 1u);
+    Manifest commanded = example();
+    commanded.command = "render otherwise";
+    EXPECT_EQ(told.count(sequence_fingerprint(commanded, "host")), 1u);
 }
 
 TEST_F(ManifestFile, the_layout_of_the_files_comes_back_where_it_is_said) {
