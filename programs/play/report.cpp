@@ -235,7 +235,7 @@ std::string Report::table() const {
     std::string out = formatted("%lld %s, method %s, depth %s%s\n", static_cast<long long>(played), shown,
                                 method.c_str(), depth.c_str(), gl_driver.empty() ? "" : (" by " + gl_driver).c_str());
     if (played > std::int64_t(frames.size()))
-        out += formatted("figures of the latest %zu %s\n", frames.size(), shown);
+        out += formatted("times and gaps are of the latest %zu %s\n", frames.size(), shown);
     if (choice)
         out += "auto: " + choice->line() + "\n";
     for (const Change& change : changes)

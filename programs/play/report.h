@@ -44,7 +44,7 @@ nlohmann::ordered_json settings_json(const Settings& settings);
 nlohmann::ordered_json begun_report_json(const Settings& settings);
 
 struct Report {
-    /// Of so many frames figures are kept, about a kilobyte each: two minutes at 30 a second.
+    /// Of so many frames figures are kept, about a kilobyte each without --repeat: two minutes at 30 a second.
     static constexpr std::size_t kept_frames = 3600;
 
     Settings settings;
@@ -55,9 +55,9 @@ struct Report {
     std::optional<Choice> choice;  ///< of --method auto, at the start
     std::vector<Change> changes;   ///< of it, while playing
     std::vector<std::string> notes;
-    std::deque<FrameFigures> frames;          ///< the latest, or refreshes that are not blank
-    std::int64_t played = 0;                  ///< frames in all
-    std::int64_t outside_head_box = 0;        ///< of all
+    std::deque<FrameFigures> frames;          ///< by `add`: the latest; with refreshes, those that are not blank
+    std::int64_t played = 0;                  ///< frames (or refreshes) in all
+    std::int64_t outside_head_box = 0;        ///< of all that were played
     std::optional<Viewing> viewing;           ///< where there are refreshes
     std::optional<SteeringFigures> steering;  ///< where heads were sent
     std::vector<FeedTrack> tracks;

@@ -157,7 +157,7 @@ class SceneWork:
                                 "--repeat", self.preset.repeat, *options, "--progress", "none", "--out", views, timed=timed)
         report = json.loads((self.folder / views / "report.json").read_text())
         return views, {"command": record["command"], "milliseconds": report["milliseconds"], "notes": report["notes"], "eyes": report["eyes"],
-                       "bytes": report["bytes"]["input"], "frames": len(report["frames"])}
+                       "bytes": report["bytes"]["input"], "frames": report["played"]}
 
     def compare(self, name, *words):
         file = f"scores/{name}.json"

@@ -71,10 +71,10 @@ std::string complaint(std::string text) {
     return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
 }
 
-}  // namespace
-
-/// Exit status, as of shells.
+/// Exit status of a child whose program could not be started; shells use it too.
 constexpr int not_started = 127;
+
+}  // namespace
 
 std::string run_beside(const std::string& program, const std::vector<std::string>& arguments) {
     const std::string file = (cli::own_folder() / program).string();
@@ -103,8 +103,8 @@ std::string run_beside(const std::string& program, const std::vector<std::string
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
         return output;
-    if (WIFEXITED(status) && WEXITSTATUS(status) == not_started)
-        throw WorkError(expected_found(file, "a program that can be started", "none"));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == not_started && errors.empty())
+        throw WorkError(expected_found(file, "a program that can be started", "one that cannot"));
     const std::string what = quotable(errors.empty() ? program + ": failed without a word" : complaint(errors), 900);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 2)
         throw InputError(what);

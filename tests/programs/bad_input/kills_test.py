@@ -83,6 +83,17 @@ def words_of(process):
         return b""
 
 
+def children_of(process):
+    """Their folders in /proc."""
+    found = []
+    for file in pathlib.Path(f"/proc/{process}/task").glob("*/children"):
+        try:
+            found += [pathlib.Path("/proc") / child for child in file.read_text().split()]
+        except OSError:  # the thread has gone
+            pass
+    return found
+
+
 def without_times(name, data):
     """Reports say how long things took; all else of them must be the same."""
     if not name.endswith(".json"):
@@ -210,19 +221,20 @@ class Kills(Killed):
             self.skipTest("built without Mitsuba")
         place = self.place_of("conversion")
         process = start("render", self.scene, "--host", "mitsuba", "--frames", 0, "--size", "96x48", "--spp", 1, "--out", place / "out")
-        tasks, converters = pathlib.Path(f"/proc/{process.pid}/task"), []
-        while not converters and process.poll() is None:
-            children = [int(child) for file in tasks.glob("*/children") for child in file.read_text().split()]
+        converter = None
+        while converter is None and process.poll() is None:
             # Until its program begins, a child has its parent's words, and its standard error.
-            converters = [child for child in children if b"equistream-scene" in words_of(pathlib.Path(f"/proc/{child}")).split(b"\0")[0]]
-        self.assertEqual(len(converters), 1)
-        converter = pathlib.Path(f"/proc/{converters[0]}")
-        os.kill(converters[0], signal.SIGSTOP)
+            converter = next((child for child in children_of(process.pid) if words_of(child).split(b"\0")[1:2] == [b"convert"]), None)
+        self.assertIsNotNone(converter, "nothing was converted")
+        os.kill(int(converter.name), signal.SIGSTOP)
+        self.addCleanup(lambda: converter.exists() and os.kill(int(converter.name), signal.SIGCONT))
+        while "T" != re.search(r"State:\s+(\w)", (converter / "status").read_text())[1]:
+            time.sleep(0.001)
         process.kill()
         process.communicate()
         waiting = int(re.search(r"ShdPnd:\s+(\w+)", (converter / "status").read_text())[1], 16)
-        os.kill(converters[0], signal.SIGCONT)
         self.assertTrue(waiting & 1 << signal.SIGTERM - 1, "it is not told to end")
+        os.kill(int(converter.name), signal.SIGCONT)
         deadline = time.monotonic() + 60
         while is_at_work(place):
             self.assertLess(time.monotonic(), deadline, "it goes on")

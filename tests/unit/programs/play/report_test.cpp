@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
+#include <utility>
 
 namespace equistream::play {
 namespace {
 
-/// A live stream may be played for days: what is kept of its frames stays as large as after two minutes.
+/// A live stream may be played for days: figures of its frames stay as large as after two minutes.
 TEST(Report, LongPlaysKeepTheLatestFrames) {
     Report report;
     const auto played = std::int64_t(Report::kept_frames) + 100;
@@ -25,7 +27,7 @@ TEST(Report, LongPlaysKeepTheLatestFrames) {
     EXPECT_EQ(json["frames"].back()["index"], played - 1);
     EXPECT_EQ(json["milliseconds"].front()["p99"], 1.0);
     EXPECT_EQ(report.outside_head_box, 3);
-    EXPECT_NE(report.table().find("figures of the latest 3600 frames"), std::string::npos);
+    EXPECT_NE(report.table().find("times and gaps are of the latest 3600 frames"), std::string::npos);
 }
 
 TEST(Report, ShortPlaysKeepAll) {
