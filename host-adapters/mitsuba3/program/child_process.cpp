@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <system_error>
 
@@ -71,7 +72,7 @@ std::string complaint(std::string text) {
     return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
 }
 
-/// Exit status of a child whose program could not be started; shells use it too.
+/// Exit status of a child whose program could not be started, and wrote errno to standard error; shells use it too.
 constexpr int not_started = 127;
 
 }  // namespace
@@ -90,7 +91,8 @@ std::string run_beside(const std::string& program, const std::vector<std::string
         if (prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && getppid() == parent && dup2(out.write_end, STDOUT_FILENO) >= 0 &&
             dup2(err.write_end, STDERR_FILENO) >= 0)
             execv(file.c_str(), argv.data());
-        _exit(not_started);
+        const int reason = errno;
+        _exit(write(err.write_end, &reason, sizeof reason) == sizeof reason ? not_started : EXIT_FAILURE);
     }
     if (child < 0)
         throw WorkError(file + ": " + std::strerror(errno));
@@ -103,8 +105,10 @@ std::string run_beside(const std::string& program, const std::vector<std::string
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
         return output;
-    if (WIFEXITED(status) && WEXITSTATUS(status) == not_started && errors.empty())
-        throw WorkError(expected_found(file, "a program that can be started", "one that cannot"));
+    if (int reason = 0; WIFEXITED(status) && WEXITSTATUS(status) == not_started && errors.size() == sizeof reason) {
+        std::memcpy(&reason, errors.data(), sizeof reason);
+        throw WorkError(file + ": " + std::strerror(reason));
+    }
     const std::string what = quotable(errors.empty() ? program + ": failed without a word" : complaint(errors), 900);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 2)
         throw InputError(what);
