@@ -70,7 +70,7 @@ TEST_F(ManifestFile, the_fingerprint_tells_settings_apart) {
     expect_new("exposure", [](Manifest& m) { m.shared.exposure += 0.5; });
     expect_new("planes", [](Manifest& m) { m.planes.push_back("motion"); });
     expect_new("scene", [](Manifest& m) { m.shared.scene += "2"; });
-    expect_new("size", [](Manifest& m) { m.shared.camera = EquirectCamera{1920, 960}; });
+    expect_new("size", [](Manifest& m) { m.shared.camera = EquirectCamera{1920, 960, {}}; });
     expect_new("denoiser", [](Manifest& m) { m.shared.denoiser = "balanced"; });
     expect_new("history", [](Manifest& m) { m.shared.accumulated_frames = 8; });
     EXPECT_TRUE(told.insert(sequence_fingerprint(example(), "another host")).second);
