@@ -6,8 +6,7 @@ usage: memory.py BIN_DIR --report FILE [--frames 10000] [--minutes 0]
     --minutes: so long a recorded stream is served over and over, and a viewer looks at it on a display without a screen; 0: not
 
 Each program's resident memory and open descriptors are looked at twice a second. *Growth* is the median of the last tenth less that of the second: what a
-program needs, it has by then, but for the figures of 3,600 frames that `play` keeps. It fails where one grows by more than ALLOWED of its memory, or by a
-descriptor. What another run found of other programs stays in the report.
+program needs, it has by then. It fails where one grows by more than ALLOWED of its memory, or by a descriptor. What another run found of other programs stays in the report.
 """
 
 import argparse

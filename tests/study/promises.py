@@ -21,7 +21,7 @@ from presets import REAL_SCENES  # noqa: E402
 from steps import provenance, write_whole  # noqa: E402
 
 LEVELS, WANTED = (29, 26, 23, 20, 17, 14), 3
-EYE, FOV = "320x180", 90
+EYE, FOV, MOST_SAMPLES = "256x144", 90, 16
 SEED, TRUTH_SEEDS, TRUTH_SAMPLES = 7, (31, 32), 64
 GENERATED = ("pavilion", "motion", "materials", "leaf", "near", "poles", "seam", "wires", "mirror", "glass", "inside", "grazing", "sky")
 
@@ -45,8 +45,8 @@ class Scene:
     def fitted(self, level):
         """What fit says of the file that it writes; why not, where it writes none."""
         try:
-            return json.loads(self.run("equistream-fit", self.file, "--db", level, "--eye-size", EYE, "--fov", FOV, "--json", "--progress", "none",
-                                       "--work", "fit", "--out", f"{level}.ini"))
+            return json.loads(self.run("equistream-fit", self.file, "--db", level, "--eye-size", EYE, "--fov", FOV, "--most-spp", MOST_SAMPLES, "--json",
+                                       "--progress", "none", "--work", "fit", "--out", f"{level}.ini"))
         except RuntimeError as failure:
             if "not to be had" not in str(failure):
                 raise
@@ -96,8 +96,8 @@ def main():
     report = json.loads(asked.out.read_text()) if asked.out.exists() else {"scenes": {}}
     for name in asked.scenes.split(","):
         scene = Scene(asked.bin.resolve(), asked.work.resolve(), name)
-        report["scenes"][name] = {"promises": scene.promises(), "eye": EYE, "seed": SEED, "truth_seeds": TRUTH_SEEDS, "truth_samples": TRUTH_SAMPLES,
-                                  **provenance(asked.bin, REPOSITORY)}
+        report["scenes"][name] = {"promises": scene.promises(), "eye": EYE, "most_samples": MOST_SAMPLES, "seed": SEED, "truth_seeds": TRUTH_SEEDS,
+                                  "truth_samples": TRUTH_SAMPLES, **provenance(asked.bin, REPOSITORY)}
         write_whole(asked.out, result_text(report))
 
 
