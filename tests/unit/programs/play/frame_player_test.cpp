@@ -74,9 +74,11 @@ protected:
         settings.size = cli::Size{320, 200};
     }
 
-    static ReceivedPicture picture(const PerspectiveCamera& camera, Eye eye, std::int64_t index) {
+    static ReceivedPicture picture(const PerspectiveCamera& camera, Eye eye, std::int64_t index, const Pose& head) {
         ReceivedPicture picture;
         picture.info.index = index;
+        picture.info.time_s = double(index) / 30;
+        picture.info.head = head;
         picture.info.camera = camera;
         picture.info.eye = eye;
         picture.info.lock = AxisLock::path;
@@ -85,10 +87,10 @@ protected:
         picture.rgb = test::render(test::ball_and_wall, test::red_and_smooth, camera, picture.info.camera_pose).rgb;
         return picture;
     }
-    static ReceivedFrame frame(std::int64_t index) {
+    static ReceivedFrame frame(std::int64_t index, const Pose& head = {}) {
         ReceivedFrame frame;
-        frame.main = picture({400, 250, 2 * std::atan(1.25)}, Eye::left, index);
-        frame.small = picture({80, 50, pi / 2}, Eye::right, index);
+        frame.main = picture({400, 250, 2 * std::atan(1.25)}, Eye::left, index, head);
+        frame.small = picture({80, 50, pi / 2}, Eye::right, index, head);
         return frame;
     }
     static std::int64_t filled(const PlayedFrame& played, std::string_view fill_pass) {
@@ -143,6 +145,22 @@ TEST_F(GeometryLoads, WhereNoPassTakesColoursFromItOnlyDepthIsLoaded) {
     EXPECT_GT(filled(played, "small"), 0);
     EXPECT_EQ(loads.of_colours, 0);
     EXPECT_EQ(loads.of_depth, 1);
+}
+
+TEST_F(GeometryLoads, WaysAreTriedWithWhatTheFrameBeforeShows) {
+    settings.method = "auto";
+    settings.budget_ms = 1e6;
+    settings.fill = "earlier,pushpull";
+    FramePlayer player(settings);
+    const ReceivedFrame first = frame(0, {.position_m = {0.15, 0, 0}}), second = frame(1);
+    player.prepare(first, report);
+    player.settle(first, &second, report);
+    ASSERT_TRUE(report.choice);
+    const FilledCounts tried = report.choice->tried[report.choice->chosen].trial.filled;
+    ASSERT_EQ(report.choice->plan().fill, settings.fill);
+    const auto by_earlier = std::ranges::find(tried, "earlier", &FilledCounts::value_type::first);
+    ASSERT_NE(by_earlier, tried.end());
+    EXPECT_GT(by_earlier->second, 100);
 }
 
 /// A frame as a stream with a depth track and with motion gives it.
