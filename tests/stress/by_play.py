@@ -107,7 +107,7 @@ def inputs(program, runs):
 
 def make_inputs(program, folder):
     chains.run_program(program, "scene", "generate", "motion", "--option", f"seconds={SECONDS}", "--out", folder)
-    scene, quiet = folder / "motion.json", ("--max-bounces", 0, "--progress", "none")
+    scene, quiet = folder / "motion.json", ("--max-bounces", 0, "--seed", chains.SEED["render"], "--progress", "none")
     (folder / "head.csv").write_text(head_path(scene))
     chains.run_program(program, "render", scene, "--frames", f"0-{30 * SECONDS}", "--size", chains.size_text(chains.SPHERE_SIZE), "--spp", 4,
                "--aovs", "depth,motion,ids", *quiet, "--out", folder / "frames")

@@ -22,6 +22,9 @@ AROUND = np.ones((3, 3), bool)
 """Pixels among which it is chance what one sphere has wrong and another has not: where their samples lie."""
 
 
+SEED = {"render": 1}
+"""Of all that is rendered; `run.py --seed` sets another."""
+
 CEILING = "ceiling"
 """Beside the methods: a sphere at each eye's own place, turned, as wide as the others, of as many samples and coded alike, so that nothing is reprojected."""
 
@@ -63,7 +66,7 @@ class Renders:
 
     def render(self, name, *words):
         self.run("render", self.folder / f"{self.breaker.scene}.json", "--frames", 0, "--max-bounces",
-                 self.breaker.max_bounces, "--aovs", "depth,specular,virtual", "--progress", "none", "--out", self.folder / name, *words)
+                 self.breaker.max_bounces, "--seed", SEED["render"], "--aovs", "depth,specular,virtual", "--progress", "none", "--out", self.folder / name, *words)
 
     def render_eyes(self, name, samples, head):
         self.render(name, "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", samples, *self.path_words(name, head))

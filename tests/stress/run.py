@@ -150,9 +150,11 @@ def main():
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="folder for run.json and table.txt")
     parser.add_argument("--all", action="store_true", help="every value of each knob, not the hardest alone")
+    parser.add_argument("--seed", type=int, default=1, help="of all renders (1)")
     parser.add_argument("--check", action="store_true", help="compare with thresholds.json")
     options = parser.parse_args()
     breakers = chosen(options.breakers)
+    chains.SEED["render"] = options.seed
     options.out.mkdir(parents=True, exist_ok=True)
     work = pathlib.Path(tempfile.mkdtemp(prefix="equistream_stability_"))
     try:
@@ -160,7 +162,7 @@ def main():
     finally:
         shutil.rmtree(work, ignore_errors=True)
     knobs = {breaker.name: breaker.knob for breaker in breakers}
-    (options.out / "run.json").write_text(json.dumps({"knobs": knobs, "every_value": options.all, "found": found}, indent=1) + "\n")
+    (options.out / "run.json").write_text(json.dumps({"knobs": knobs, "seed": options.seed, "every_value": options.all, "found": found}, indent=1) + "\n")
     text = table(found, breakers)
     (options.out / "table.txt").write_text(text)
     print(text)

@@ -6,13 +6,16 @@ usage: pressure.py BIN_DIR --report FILE [--seconds 15]
 A recorded stream is served over and over. One viewer notes when each block of bytes comes: first alone, then beside each kind of pressure, then
 alone again. *Slower* is the time that the same bytes took, beside that of the first run. *Latest* is how much later than there the latest block
 came, both counted from the first byte. Those who press run in a process of their own, on the same machine.
+
+Then a scene is rendered while it is watched, and the viewer, who steers, notes when each sphere comes. *Slower* is the time of as many spheres.
+A renderer takes all the time that it is given: the server has one half of the cores, and those who press have the other.
 """
 
 import argparse
 import contextlib
-import itertools
 import json
 import multiprocessing
+import os
 import pathlib
 import selectors
 import socket
@@ -27,6 +30,10 @@ from live_server import LiveServer, pose_message  # noqa: E402
 from steps import provenance, write_whole  # noqa: E402
 
 VIEWERS, BLOCK = 8, 1 << 15
+LIVE = ("--size", "256x128", "--spp", 1)
+CORES = sorted(os.sched_getaffinity(0))
+HALVES = set(CORES[:max(1, len(CORES) // 2)]), set(CORES[len(CORES) // 2:])
+CLUSTER = bytes.fromhex("1f43b675")  # of Matroska: a sphere, live
 POSES = pose_message((0, 0, 0)) * 64
 GIANT = b"EQVM" + b"\x01\x00\x01\x00" + (0xFFFFFFFF).to_bytes(4, "little") + b"\xff" * 4096
 
@@ -122,26 +129,31 @@ def giants(port):
     talk(port, GIANT)
 
 
+def pressed(pressure, port):
+    os.sched_setaffinity(0, HALVES[1])
+    pressure(port)
+
+
 PRESSURES = {"500 connections that say and read nothing": silent, "7 that read slowly": slow, "connections that come and go": come_and_go,
              "7 that send heads without end": poses, "7 that send giant messages": giants}
 
 
 def arrivals(port, seconds, pressure=None):
-    """(seconds since the first byte, bytes in all) of each read. Pressure begins once the viewer has its place."""
+    """(seconds since the first byte, bytes) of each read. Pressure begins once the viewer has its place and steers."""
     with socket.create_connection(("127.0.0.1", port), timeout=30) as viewer:
+        viewer.sendall(pose_message((0, 0, 0)))
         viewer.recv(1, socket.MSG_PEEK)
-        found, size, first = [], 0, time.monotonic()
+        found, first = [], time.monotonic()
         done[:] = 0, 0
-        others = multiprocessing.Process(target=pressure, args=(port,), daemon=True) if pressure else None
+        others = multiprocessing.Process(target=pressed, args=(pressure, port), daemon=True) if pressure else None
         if others:
             others.start()
         try:
             while not found or found[-1][0] < seconds:
-                got = len(viewer.recv(BLOCK))
-                if got == 0:
+                got = viewer.recv(BLOCK)
+                if not got:
                     raise RuntimeError("the server closed the connection of the viewer that is measured")
-                size += got
-                found.append((time.monotonic() - first, size))
+                found.append((time.monotonic() - first, got))
             if others and not others.is_alive():
                 raise RuntimeError(f"{pressure.__name__}: those who press have ended")
         finally:
@@ -151,14 +163,21 @@ def arrivals(port, seconds, pressure=None):
     return found
 
 
-def times(found):
+def block_times(found):
     """When each block was there."""
-    whole = itertools.count(BLOCK, BLOCK)
-    wanted, at = next(whole), []
-    for seconds, size in found:
-        while size >= wanted:
-            at.append(seconds)
-            wanted = next(whole)
+    size, at = 0, []
+    for seconds, got in found:
+        size += len(got)
+        at += [seconds] * (size // BLOCK - len(at))
+    return at
+
+
+def sphere_times(found):
+    """When each began to come."""
+    before, at = b"", []
+    for seconds, got in found:
+        at += [seconds] * (before + got).count(CLUSTER)
+        before = (before + got)[1 - len(CLUSTER):]
     return at
 
 
@@ -167,7 +186,7 @@ def beside(alone, other):
     return {"blocks": both, "slower": round(other[both] / alone[both] - 1, 5), "latest_ms": round(1000 * max(b - a for a, b in zip(alone, other)), 1)}
 
 
-def measured(server, seconds):
+def measured(server, seconds, times):
     alone = times(arrivals(server.port, seconds))
     found = {}
     for name, pressure in (*PRESSURES.items(), ("alone again", None)):
@@ -175,6 +194,17 @@ def measured(server, seconds):
         print(name, found[name], flush=True)
         time.sleep(2)  # all have gone
     return found
+
+
+@contextlib.contextmanager
+def served(*words):
+    os.sched_setaffinity(0, HALVES[0])  # the server has what we have when it begins
+    server = LiveServer(*words)
+    os.sched_setaffinity(0, CORES)
+    try:
+        yield server
+    finally:
+        server.close()
 
 
 def main():
@@ -191,12 +221,11 @@ def main():
         run("scene", "generate", "pavilion", "--out", "scenes")
         run("render", "scenes/pavilion.json", "--frames", "0-29", "--size", "1024x512", "--spp", 1, "--aovs", "depth", "--progress", "none", "--out", "frames")
         run("encode", "frames", "--out", "served.mkv", "--crf", 20, "--progress", "none")
-        server = LiveServer(program, pathlib.Path(work) / "served.mkv", work, "--loop", "--viewers", VIEWERS)
-        try:
-            found = measured(server, options.seconds)
-        finally:
-            server.close()
-    write_whole(options.report, json.dumps({"command": f"tests/study/pressure.py BIN --seconds {options.seconds:g}", **provenance(options.bin.resolve(), TESTS.parent), "pressures": found}, indent=1) + "\n")
+        with served(program, pathlib.Path(work) / "served.mkv", work, "--loop", "--viewers", VIEWERS) as server:
+            found = measured(server, options.seconds, block_times)
+        with served(program, pathlib.Path(work) / "scenes/pavilion.json", work, *LIVE, "--viewers", VIEWERS) as server:
+            live = measured(server, options.seconds, sphere_times)
+    write_whole(options.report, json.dumps({"command": f"tests/study/pressure.py BIN --seconds {options.seconds:g}", **provenance(options.bin.resolve(), TESTS.parent), "pressures": found, "live": live}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -68,8 +68,9 @@ def memory(report):
 
 
 def pressure(report):
-    rows = [[name, f"{each['blocks']:,}", f"{each['connections']:,}", f"{each['sent_mb']:.1f}", f"{round(100 * each['slower'], 2) + 0:.2f}", f"{each['latest_ms']:.1f}"] for name, each in report["pressures"].items()]
-    return table(["beside the viewer", "blocks of 32 KiB", "connections", "sent, MB", "slower, %", "latest block, ms later"], rows, 1)
+    rows = [[served, name, f"{each['blocks']:,}", f"{each['connections']:,}", f"{each['sent_mb']:.1f}", f"{round(100 * each['slower'], 2) + 0:.2f}", f"{each['latest_ms']:.1f}"]
+            for served, kind in (("recorded", "pressures"), ("live", "live")) for name, each in report.get(kind, {}).items()]
+    return table(["stream", "beside the viewer", "blocks of 32 KiB, or spheres", "connections", "sent, MB", "slower, %", "latest, ms later"], rows, 2)
 
 
 def foreign(report):
@@ -86,16 +87,46 @@ def luxcore(report):
     return table(["a sphere by LuxCore " + report["luxcore"], f"of {report['pixels']:,} pixels"], rows, 1)
 
 
+def places(report):
+    """Whole errors in dB, uncoded and coded, at each place; and how far two systems lie apart there, which is what methods are chosen by."""
+    rows = []
+    for scene, found in report["scenes"].items():
+        by_place = [{(entry["system"], entry["crf"]): entry["whole"] for entry in place["entries"]} for place in found["places"]]
+        for system, crf in by_place[0]:
+            each = [place[system, crf] for place in by_place]
+            beside = [place[system, crf]["db"] - place["centre", crf]["db"] for place in by_place]
+            half = max((figures["db_high"] - figures["db_low"]) / 2 for figures in each)
+            rows.append([scene, system, "uncoded" if crf is None else f"CRF {crf:g}", *(f"{figures['db']:.2f}" for figures in each), f"{half:.2f}",
+                         *(f"{difference:+.2f}" for difference in beside)])
+    return table(["scene", "system", "coding", "first place, dB", "second", "third", "known within", "first, beside `centre`", "second", "third"], rows, 3)
+
+
+def breakers(report):
+    rows = [[f"falls by {loss} dB", f"{each['in_all']:,}", f"{each['same_value']:,}", f"{each['next_value']:,}", f"{each['farther']:,}"] for loss, each in report["falls"].items()]
+    return table(["", "breakers and methods", "at the same value with both seeds", "at the next value", "farther apart"], rows, 1)
+
+
+def differences(report):
+    names = {"psnr_db": "dB over all", "worst_percent_db": "dB of the worst 1 %", "gaps_db": "dB in gaps", "flagged_recall": "bad pixels that the map flags, points",
+             "flagged_precision": "flagged pixels that are bad, points"}
+    rows = [[names[score], f"{each['count']:,}", f"{each['median']:.2f}", f"{each['of_19_in_20']:.2f}", f"{each['largest']:.2f}"] for score, each in report["differences"].items()]
+    return table(["one seed beside the other", "figures", "median difference", "19 of 20 within", "largest"], rows, 1)
+
+
 def light(report):
     ways = list(next(iter(report["scenes"].values())))
     return table(["scene", *ways], [[name, *(f"{scene[way]:.2f}" for way in ways)] for name, scene in report["scenes"].items()], 1)
 
 
+FILES = {differences: breakers.__name__}
+"""Of those that are not called as their file is."""
+
+
 def main():
     file_of_page = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
     page = file_of_page.read_text()
-    for tabled in (fuzz, foreign, luxcore, kills, light, pressure, promises, mutations, memory):
-        file = file_of_page.with_suffix("") / f"{tabled.__name__}.json"
+    for tabled in (fuzz, foreign, luxcore, kills, light, pressure, promises, mutations, memory, places, breakers, differences):
+        file = file_of_page.with_suffix("") / f"{FILES.get(tabled, tabled.__name__)}.json"
         if file.exists():
             page = place(page, tabled.__name__, "all", tabled(json.loads(file.read_text())))
     write_whole(file_of_page, page)
