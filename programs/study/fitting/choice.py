@@ -25,7 +25,7 @@ TRACKS_FROM = 512
 """Columns: small streams and patches of narrower spheres are too small to be coded."""
 FINER = 4
 """Steps of the CRF by which finer coding is asked what it would gain."""
-STEPS = {"light": 40, "sphere": 32, "gaps": 8, "depth": 56, "window": 8, "views": 15, "trial": 4}
+STEPS = {"light": 40, "sphere": 32, "gaps": 8, "depth": 56, "window": 8, "views": 15, "trial": 8}
 """Stages in their order, and how many programs each usually runs."""
 
 

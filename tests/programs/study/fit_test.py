@@ -360,6 +360,19 @@ class Trial(unittest.TestCase):
         with unittest.mock.patch.object(fit_trial, "measured", lambda _work, chosen, *_: fit_trial.with_point(chosen, db=db_of(chosen.crf), bytes=1600 - 20 * chosen.crf)):
             return fit_trial.tried_file(fit, chosen, level, limit), fit.why
 
+    def test_all_seeds_count_and_the_interval_has_each(self):
+        def entry(squares):
+            return {"whole": {eye: {"whole": {"linear": {"mean_square": squares[1], "mean_square_low": squares[0], "mean_square_high": squares[2]}}} for eye in ("left", "right")}}
+
+        of_seed = dict(zip(fit_trial.SEEDS, ((entry((0.0009, 0.001, 0.0011)), 900), (entry((0.0027, 0.003, 0.0033)), 1100))))
+        chosen = Chosen(Point(by_scene(Fill(), False, Light(1)), 512, 30, 25.2, 25.0, 25.4, 1000), Fill(), 0, depth_share=0.1)
+        asked = Asked((640, 360), 90.0, 30, 31, 64, 64, 1)
+        with unittest.mock.patch.object(fit_trial, "played", lambda _work, _sections, seed: of_seed[seed]):
+            point = fit_trial.measured(types.SimpleNamespace(), chosen, asked, "h264").point
+        for found, square in ((point.db, 0.002), (point.low, 0.0033), (point.high, 0.0009)):
+            self.assertAlmostEqual(found, -10 * math.log10(square))
+        self.assertEqual(point.bytes, 500)
+
     def test_the_figures_are_the_trials(self):
         chosen, why = self.tried(lambda crf: 25.1, 25)
         self.assertEqual((chosen.crf, chosen.point.db, chosen.point.bytes), (30, 25.1, 1000))
