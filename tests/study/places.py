@@ -3,8 +3,8 @@
 
     PYTHONPATH=build/release/package places.py --bin build/release/bin --work FOLDER [--scenes NAME,...] [--out FILE]
 
-The path is cut in three, and the frames lie in the middle of each part. Views have half the study's width and height, spheres half its columns; samples and
-denoiser are the study's. What other runs found of other scenes stays in the file.
+The path is cut in three, and the frames lie in the middle of each part. Views and spheres have half the study's pixels; samples and denoiser are the study's.
+Truths have half as many samples, of seven times as many frames. What other runs found of other scenes stays in the file.
 """
 
 import argparse
@@ -19,13 +19,14 @@ import found  # noqa: E402
 from experiments.systems import SYSTEMS, Player, codings  # noqa: E402
 from kept import lean, result_text  # noqa: E402
 from options import Progress  # noqa: E402
-from presets import PRESETS, Preset  # noqa: E402
+from presets import PRESETS, SEEDS, Preset  # noqa: E402
 from scene_work import SceneWork  # noqa: E402
 from steps import provenance, write_whole  # noqa: E402
 
 SCENES = ("sponza-crytek", "voxel-city")
 PLACES, FRAMES, CRF = 3, 30, 16
-CHOSEN = ("perspective", "pair", "centre", "centre-mesh", "centre-turned", "two-spheres")
+EYE, SPHERE_WIDTH, TRUTH_SAMPLES = (448, 256), 1344, 16
+CHOSEN = ("perspective", "pair", "centre", "centre-mesh", "centre-turned")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,10 +38,8 @@ class AtPlace(Preset):
 
 
 def at_place(first):
-    small = PRESETS["small"]
-    width, height = small.eye
-    return AtPlace(**{**vars(small), "name": "places", "frames": FRAMES, "eye": (width // 2, height // 2), "sphere_width": small.half_width, "crfs": (CRF,),
-                      "repeat": 1, "timed": False, "first": first})
+    return AtPlace(**{**vars(PRESETS["small"]), "name": "places", "frames": FRAMES, "eye": EYE, "sphere_width": SPHERE_WIDTH, "crfs": (CRF,), "repeat": 1, "timed": False,
+                      "truth_samples": dict.fromkeys(SCENES, TRUTH_SAMPLES), "first": first})
 
 
 def path_frames(scene, work):
@@ -55,8 +54,8 @@ def first_frames(count):
 
 def figures(entry):
     """One system in one coding: dB of both eyes with their intervals, linear values."""
-    kinds = {kind: {key: value for key, value in found.error(entry, kind=kind).items() if key.startswith("db")} for kind in found.KINDS}
-    return {"system": entry["system"], "crf": entry["crf"], **kinds, "bytes_a_frame": found.all_bytes(entry)}
+    whole = {key: value for key, value in found.error(entry, kind=found.WHOLE).items() if key.startswith("db")}
+    return {"system": entry["system"], "crf": entry["crf"], "whole": whole, "bytes_a_frame": found.all_bytes(entry)}
 
 
 def measured(folder, programs, scene):
@@ -64,12 +63,12 @@ def measured(folder, programs, scene):
     places = []
     for first in first_frames(path_frames(scene, info)):
         work = SceneWork(folder / f"from-{first}", programs, scene, at_place(first), Progress(f"{scene} from {first}"))
-        player = Player(work)
+        player = Player(work, seeds=SEEDS[:1])
         systems = [system for system in SYSTEMS if system.name in CHOSEN]
         entries = [figures(player.score(system, work.preset.sphere_width, coding)) for system in systems for coding in codings(work.preset)]
         places.append({"frames": work.frames, "entries": entries})
-    return {"eye": at_place(0).eye, "sphere_width": at_place(0).sphere_width, "samples": at_place(0).sphere_samples, "denoise": at_place(0).denoise,
-            "truth_samples": at_place(0).truth_samples_of(scene), "seeds": 2, "places": places}
+    return {"eye": EYE, "sphere_width": SPHERE_WIDTH, "samples": info.preset.sphere_samples, "denoise": info.preset.denoise, "truth_samples": TRUTH_SAMPLES, "seeds": 1,
+            "places": places}
 
 
 def main():
