@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Thresholds from a run: what was measured, less a margin for other processors' rounding. The only way to change them.
 
-    redraw.py RUN.json            (a run of run.py with --all; breakers that it was not asked for keep theirs)
+    redraw.py FILE.json           (run.json of run.py --all, or the study's stability/generated.json; breakers that it was not asked for keep theirs)
 """
 
 import json
@@ -11,7 +11,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "programs/study"))
 from kept import result_text  # noqa: E402
-from run import FEWEST_BAD, THRESHOLDS, every_breaker, fails_enough  # noqa: E402
+from run import FEWEST_BAD, THRESHOLDS, every_breaker, every_figure, fails_enough  # noqa: E402
 
 # The worst pixels and the gaps are few: a handful that fall the other way moves them more.
 MARGIN_DB = {"psnr_db": 0.3, "worst_percent_db": 0.8, "gaps_db": 1.5}
@@ -35,11 +35,9 @@ def least_of(figures):
 def main():
     if len(sys.argv) != 2:
         sys.exit("redraw.py: expected the run.json of run.py --all, found " + (" ".join(sys.argv[1:]) or "nothing"))
-    run = json.loads(pathlib.Path(sys.argv[1]).read_text())
-    if not run["every_value"]:
-        sys.exit(f"{sys.argv[1]}: expected a run with --all, found one without")
+    found, _ = every_figure(pathlib.Path(sys.argv[1]))
     least = {breaker: {value: {method: least_of(figures) for method, figures in by_method.items()} for value, by_method in by_value.items()}
-             for breaker, by_value in run["found"].items()}
+             for breaker, by_value in found.items()}
     if THRESHOLDS.exists():
         kept = json.loads(THRESHOLDS.read_text())["least"]
         least = {name: kept[name] for name in kept if name in every_breaker()} | least

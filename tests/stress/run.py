@@ -83,6 +83,16 @@ def falls(values, by_value, method, loss_db):
     return None
 
 
+def every_figure(file):
+    """(found, seed) of a run with --all, or of the study's stability/generated.json, which is one with seed 1."""
+    run = json.loads(file.read_text())
+    if not run.get("settings", run)["every_value"]:
+        sys.exit(f"{file}: expected a run of every value, found one without --all")
+    if "found" in run:
+        return run["found"], run["seed"]
+    return {name: breaker["found"] for name, breaker in run["breakers"].items()}, chains.SEED["render"]
+
+
 def table(found, breakers):
     lines = []
     for breaker in breakers:

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""How far the figures of breakers hang on a seed: two runs of run.py with --all, each of a seed of its own.
+"""How far the figures of breakers hang on a seed: two runs of run.py with --all, each of a seed of its own; the study's is one with seed 1.
 
-    two_seeds.py A/run.json B/run.json --bin build/release/bin --out FILE
+    two_seeds.py A.json B.json --bin build/release/bin --out FILE
 
 For each breaker and method: whether it falls at the same value in both, else at neighbouring ones. And how far dB of the same value and method differ.
 """
 
 import argparse
-import json
 import pathlib
 import statistics
 import sys
@@ -15,7 +14,7 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1] / "programs/study")]
 from kept import result_text  # noqa: E402
-from run import every_breaker, falls, value_text  # noqa: E402
+from run import every_breaker, every_figure, falls, value_text  # noqa: E402
 from steps import REPOSITORY, provenance, write_whole  # noqa: E402
 
 LOSSES_DB = 1, 3
@@ -57,10 +56,10 @@ def main():
     parser.add_argument("--bin", type=pathlib.Path, required=True, help="folder of the programs that both ran")
     parser.add_argument("--out", type=pathlib.Path, required=True)
     options = parser.parse_args()
-    first, second = (json.loads(file.read_text()) for file in options.runs)
-    if first["seed"] == second["seed"]:
-        sys.exit(f"two_seeds.py: expected runs of two seeds, found both of {first['seed']}")
-    write_whole(options.out, result_text({**provenance(options.bin.resolve(), REPOSITORY), "seeds": [first["seed"], second["seed"]], **compared(first["found"], second["found"])}))
+    (first, seed), (second, other_seed) = map(every_figure, options.runs)
+    if seed == other_seed:
+        sys.exit(f"two_seeds.py: expected runs of two seeds, found both of {seed}")
+    write_whole(options.out, result_text({**provenance(options.bin.resolve(), REPOSITORY), "seeds": [seed, other_seed], **compared(first, second)}))
 
 
 if __name__ == "__main__":
