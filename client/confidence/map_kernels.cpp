@@ -173,7 +173,6 @@ private:
         of(risks, Risk::detail) = detail;
         const Floats texture = log_of(half * hn::LoadU(float_tag, texture_.row(0) + x));
         of(risks, Risk::texture) = texture;
-        of(risks, Risk::coding) = loss_.any() ? log_of(all(twentieths) * loss_.at(texture)) : all(0.0f);
         Floats parallax_px = all(0.0f);
         Ints mirrored = all(0);
         if (n.has_depth())
@@ -207,6 +206,8 @@ private:
             tell(x, y, risks, groups_of(origin, mirrored));
         if (job_.untouched)
             result = hn::IfThenElse(from_source, all(255), result);
+        if (loss_.any())
+            result = hn::NearestInt(hn::ConvertTo(float_tag, result) * Floats(formulas::kept_share(loss_.at(texture))));
         hn::StoreU(hn::U8FromU32(hn::BitCast(hn::RebindToUnsigned<IntTag>(), result)), byte_tag, job_.out.row(y) + x);
     }
 

@@ -6,7 +6,9 @@
 /// The model: each pixel has risks, none of which is negative. Their weighted sum, with weights that are not negative
 /// either, lowers the logit of the probability; a table that falls with the sum then makes it the share that was
 /// measured. So more of any risk never makes a pixel more trustworthy. Weights and table depend on who gave the pixel
-/// its colour. All functions are pure and use all cores.
+/// its colour. What noise, denoising and coding did to the source comes on top: the probability is multiplied by
+/// kept_share (risks.glsl.h) of how many of the source's pixels they put visibly off where there is as much texture
+/// (VisibleLoss). All functions are pure and use all cores.
 #include <equistream/visible_loss.h>
 
 #include <client/warp/eye_rays.h>
@@ -42,13 +44,11 @@ enum class Risk {
     outside,       ///< how far the eye is out of the head box, in radii, at most two
     fill_depth,    ///< log of the distance into a filled region, in pixels
     brightness,    ///< of the brightest channel, 0 to 1: errors in the dark are small
-    coding,  ///< log of the share of the source's pixels that noise, denoising and coding put visibly off where there
-             ///< is as much texture, in twentieths
 };
-inline constexpr int risk_count = 16;
+inline constexpr int risk_count = 15;
 inline constexpr std::array<std::string_view, risk_count> risk_names = {
     "contrast",     "detail",   "texture",  "blur",        "minification", "grazing",    "silhouette_0", "silhouette_1",
-    "silhouette_2", "parallax", "specular", "depth_error", "outside",      "fill_depth", "brightness",   "coding"};
+    "silhouette_2", "parallax", "specular", "depth_error", "outside",      "fill_depth", "brightness"};
 
 /// Whose weights a pixel takes.
 enum class RiskGroup {
@@ -99,7 +99,6 @@ RiskGroup risk_group(PixelOrigin origin, KnownDepth depth, bool mirrored = false
 // What the risks of one eye's pixels are computed from: numbers that hold for the whole picture.
 
 using formulas::max_halvings;
-inline constexpr float twentieths = 20;
 /// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
 inline constexpr float max_inverse_m = 1e4f;
 
@@ -118,7 +117,7 @@ struct RiskNumbers {
     float density = 1;                    ///< source pixels per radian over the eye's at its middle
     float outside = 0;                    ///< radii beyond the head box
     float depth_error_px = 0;             ///< by which the depth's tolerance displaces a pixel
-    VisibleLoss visible_loss;             ///< zeros where nothing was coded
+    VisibleLoss visible_loss;             ///< zeros where it is not known
     int step = 1;                         ///< a source pixel, in pixels of the eye
     int texture_reach = 4;                ///< pixels to either side that Risk::texture is a mean over
     float min_step_inverse_m = 0;         ///< of inverse planar depth, at a silhouette

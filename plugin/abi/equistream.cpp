@@ -63,6 +63,7 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     for (const char* ours : {"raw", "samples", "variance"})
         std::erase(planes, ours);
     ReferenceTiles references;
+    std::erase(planes, "reference_repeat");
     if (std::erase(planes, "reference") > 0)
         references = reference_tiles({picture_width(info), picture_height(info)}, info.samples_per_pixel,
                                      info.accumulated_frames, info.index);

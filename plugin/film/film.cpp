@@ -17,6 +17,8 @@ bool is_guide(const std::string& name) {
 }
 
 constexpr std::size_t reference_channels = 4;
+/// Each of every other pass.
+constexpr std::uint32_t reference_halves = 2;
 
 bool is_finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
@@ -102,7 +104,7 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
     progress_.resize(all_tiles());
-    reference_sums_.resize(references_.corners.size() * ReferenceTiles::pixels * reference_channels);
+    reference_sums_.resize(references_.corners.size() * reference_halves * ReferenceTiles::pixels * reference_channels);
     if (is_whole()) {
         next_tile_ = first_tile_ = tile_count_;
         return;
@@ -250,9 +252,9 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     TileProgress& progress = progress_[pixels.tile.id];
     if (progress.colour_passes >= passes_of(pixels.tile.id))
         return false;
-    ++progress.colour_passes;
+    const std::uint32_t pass = progress.colour_passes++;
     if (is_reference(pixels.tile.id)) {
-        double* sum = reference_sum(pixels.tile);
+        double* sum = reference_sum(pixels.tile, pass % reference_halves);
         for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4, sum += reference_channels)
             if (is_finite(rgba, 4)) {
                 for (int c = 0; c < 3; ++c)
@@ -374,25 +376,31 @@ void Film::average_colour() {
     }
 }
 
-double* Film::reference_sum(const es_tile& tile) {
-    return &reference_sums_[std::size_t{tile.id - tile_count_} * ReferenceTiles::pixels * reference_channels];
+double* Film::reference_sum(const es_tile& tile, std::uint32_t half) {
+    const std::size_t index = std::size_t{tile.id - tile_count_} * reference_halves + half;
+    return &reference_sums_[index * ReferenceTiles::pixels * reference_channels];
 }
 
 void Film::average_references() {
-    FloatImage reference(width_, height_, 4);
+    FloatImage reference(width_, height_, 4), repeat(width_, height_, 3);
     for (std::uint32_t id = tile_count_; id < progress_.size(); ++id) {
+        if (progress_[id].colour_passes < references_.samples)
+            continue;
         const es_tile of = tile(id);
-        const double* sum = reference_sum(of);
-        for (std::uint32_t i = 0; i < of.pixel_count; ++i, sum += reference_channels) {
+        const double *first = reference_sum(of, 0), *second = reference_sum(of, 1);
+        for (std::uint32_t i = 0; i < of.pixel_count; ++i, first += reference_channels, second += reference_channels) {
             const glm::ivec2 at = TilePixels{of}.at(i);
-            if (progress_[id].colour_passes < references_.samples || sum[3] == 0)
+            if (first[3] == 0 || second[3] == 0)
                 continue;
-            for (int c = 0; c < 3; ++c)
-                reference.pixel(at.x, at.y)[c] = static_cast<float>(sum[c] / sum[3]);
+            for (int c = 0; c < 3; ++c) {
+                reference.pixel(at.x, at.y)[c] = static_cast<float>(first[c] / first[3]);
+                repeat.pixel(at.x, at.y)[c] = static_cast<float>(second[c] / second[3]);
+            }
             reference.pixel(at.x, at.y)[3] = 1;
         }
     }
     real_["reference"] = std::move(reference);
+    real_["reference_repeat"] = std::move(repeat);
 }
 
 void Film::finish_guides() {

@@ -29,14 +29,14 @@ inline constexpr int default_tile_side = 32;
 struct FilmSettings {
     std::uint32_t samples_per_pixel = 1;
     std::vector<std::string> planes;  ///< names of the AOV catalogue, colour among them; "raw", "samples", "variance",
-                                      ///< "reference" are not asked for
+                                      ///< "reference", "reference_repeat" are not asked for
     /// By tile: colour passes, 0 for one whose colour comes from elsewhere; empty: samples_per_pixel for each.
     std::vector<std::uint32_t> tile_samples{};
     bool variance = false;  ///< planes "samples" and "variance" are made of what tiles bring
     bool guides = false;    ///< a denoiser's guides are taken, where a host has them, asked for or not
     int tile_side = default_tile_side;
     bool has_holes = false;       ///< pixels that nobody answers for are no part of the picture (finish)
-    ReferenceTiles references{};  ///< colour passes alone, after all other tiles; plane "reference" is made of them
+    ReferenceTiles references{};  ///< colour passes alone, after all other tiles; "reference" is made of them
 };
 
 /// Of a picture, rows of tiles from the top down.
@@ -103,7 +103,7 @@ public:
     std::optional<std::string> missing() const;
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
-    /// Moves the planes into `frame`, averaging colour. "reference" is 0 where tiles brought none. "variance" is that
+    /// Moves the planes into `frame`, averaging colour. References are 0 where tiles brought none. "variance" is that
     /// of the mean's luminance, 0 of one sample. In holes alpha is 0, depth NaN and colour extrapolated from around
     /// them, but for planes that were handed over whole.
     void finish(Frame& frame);
@@ -121,7 +121,7 @@ private:
     }
     void start_film();
     void mark_answered(const TilePixels& pixels);
-    double* reference_sum(const es_tile& tile);
+    double* reference_sum(const es_tile& tile, std::uint32_t half);
     void average_colour();
     void average_references();
     void finish_guides();
@@ -155,7 +155,8 @@ private:
     Image<double> square_sum_;  ///< of luminance
     IdImage left_out_;          ///< colour samples that were not finite, per pixel
     ReferenceTiles references_;
-    /// By reference tile, pixel by pixel: sums of radiance, and how many samples they are of.
+    /// By reference tile, of every other pass and then of those between them, pixel by pixel: sums of radiance, and how
+    /// many samples they are of.
     std::vector<double> reference_sums_;
 };
 

@@ -29,6 +29,16 @@ int worst_difference(const std::uint8_t* a, const std::uint8_t* b) {
     return std::max({difference(a[0], b[0]), difference(a[1], b[1]), difference(a[2], b[2])});
 }
 
+/// The largest difference of a channel to whichever of the two is nearer; what lies between them is not off.
+int worst_beside_both(const std::uint8_t* shown, const std::uint8_t* first, const std::uint8_t* second) {
+    int worst = 0;
+    for (int c = 0; c < 3; ++c) {
+        const int least = std::min(first[c], second[c]), most = std::max(first[c], second[c]);
+        worst = std::max({worst, shown[c] - most, least - shown[c]});
+    }
+    return worst;
+}
+
 std::uint8_t as_byte(double share) {
     return std::uint8_t(std::lround(255 * share));
 }
@@ -69,17 +79,17 @@ struct Counts {
     }
 };
 
-Counts counted(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> truth, bool where_opaque) {
-    assert(shown.width == truth.width && shown.height == truth.height && (truth.channels == 4 || !where_opaque));
+/// Of all pixels that `off_by(x, y)` says something of.
+template <typename OffBy>
+Counts counted(ImageView<const std::uint8_t> shown, const OffBy& off_by) {
     const FloatImage contrast = mean_around(contrast_of(shown, 1), texture_steps);
     return tbb::parallel_reduce(
         Range(0, shown.height, 32), Counts(),
         [&](const Range& rows, Counts found) {
             for (int y = rows.begin(); y < rows.end(); ++y)
                 for (int x = 0; x < shown.width; ++x)
-                    if (!where_opaque || truth.pixel(x, y)[3] != 0)
-                        found.add(between(std::log2(1 + 0.5f * contrast.pixel(x, y)[0])),
-                                  worst_difference(truth.pixel(x, y), shown.pixel(x, y)) > visible_loss_255);
+                    if (const std::optional<int> off = off_by(x, y))
+                        found.add(between(std::log2(1 + 0.5f * contrast.pixel(x, y)[0])), *off > visible_loss_255);
             return found;
         },
         [](Counts a, const Counts& b) { return a += b; });
@@ -163,11 +173,23 @@ VisibleLoss usual_coding_loss(double crf) {
 }
 
 void VisibleLossMeter::add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded) {
-    add_counts(counted(decoded, picture, false), coded_);
+    assert(decoded.width == picture.width && decoded.height == picture.height);
+    const auto off_by = [&](int x, int y) {
+        return std::optional(worst_difference(picture.pixel(x, y), decoded.pixel(x, y)));
+    };
+    add_counts(counted(decoded, off_by), coded_);
 }
 
-void VisibleLossMeter::add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference) {
-    add_counts(counted(shown, reference, true), referred_);
+void VisibleLossMeter::add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference,
+                                     ImageView<const std::uint8_t> repeat) {
+    assert(shown.width == reference.width && shown.height == reference.height && reference.channels == 4);
+    assert(shown.width == repeat.width && shown.height == repeat.height);
+    const auto off_by = [&](int x, int y) -> std::optional<int> {
+        const std::uint8_t* const known = reference.pixel(x, y);
+        return known[3] == 0 ? std::nullopt
+                             : std::optional(worst_beside_both(shown.pixel(x, y), known, repeat.pixel(x, y)));
+    };
+    add_counts(counted(shown, off_by), referred_);
 }
 
 VisibleLoss VisibleLossMeter::loss() const {

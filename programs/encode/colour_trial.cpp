@@ -23,10 +23,11 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
     return a.width() == b.width() && a.height() == b.height();
 }
 
-/// With plane "reference" where the file has one.
+/// With references where the file has some.
 std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) {
     const auto file = sources.looked_at().folder / frame_file_name(sources.frames[position]);
-    for (const std::vector<std::string>& planes : {std::vector<std::string>{"colour", "reference"}, {"colour"}})
+    for (const std::vector<std::string>& planes :
+         {std::vector<std::string>{"colour", "reference", "reference_repeat"}, {"colour"}})
         try {
             Frame frame = read_exr(file, planes);
             frame.info.index = sources.frames[position];
@@ -73,7 +74,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
     const cli::ScratchFolder scratch("encode");
     const ColourCoding coding(settings.transfer);
     const AsShown shown(settings.transfer);
-    std::vector<ByteImage> pictures, references;
+    std::vector<ByteImage> pictures, references, repeats;
     std::optional<StreamWriter> writer;
     for (std::size_t i = range.first; i < range.last; ++i) {
         const std::optional<Frame> frame = colour_frame(sources, i);
@@ -92,13 +93,18 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         }
         picture.write(*writer, frame->info);
         pictures.push_back(std::move(rgb));
-        const auto reference = frame->planes.find("reference");
-        if (reference == frame->planes.end()) {
-            references.emplace_back();
-        } else {
-            Picture many_samples;
-            coding(reference->second.view(), frame->info.exposure, many_samples);
-            references.push_back(reference_picture(shown(many_samples), reference->second));
+        ByteImage& reference = references.emplace_back();
+        ByteImage& repeat = repeats.emplace_back();
+        const auto planes_end = frame->planes.end();
+        const auto many_samples = frame->planes.find("reference"), once_more = frame->planes.find("reference_repeat");
+        if (many_samples != planes_end && once_more != planes_end) {
+            const auto as_coded = [&](const FloatImage& plane) {
+                Picture of;
+                coding(plane.view(), frame->info.exposure, of);
+                return shown(of);
+            };
+            reference = reference_picture(as_coded(many_samples->second), many_samples->second);
+            repeat = as_coded(once_more->second);
         }
     }
     if (pictures.empty())
@@ -113,7 +119,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
             throw WorkError("a trial of colour could not be read back");
         meter.add(pictures[i].view(), seen.view());
         if (!references[i].empty())
-            meter.add_reference(seen.view(), references[i].view());
+            meter.add_reference(seen.view(), references[i].view(), repeats[i].view());
     }
     return {int(pictures.size()), double(writer->bytes().front()) / double(pictures.size()), meter.loss()};
 }

@@ -20,7 +20,6 @@ std::string upper_case(std::string_view name) {
 
 std::string confidence_constants() {
     Defines d;
-    d.add("TWENTIETHS", twentieths);
     d.add("MAX_INVERSE_M", max_inverse_m);
     d.add("ENTRIES_PER_UNIT", reliability_model::entries_per_unit);
     d.add_whole("TABLE_SIZE", reliability_model::table_size);

@@ -61,17 +61,18 @@ void main() {
         imageStore(reliability, at, vec4(0.0));
         return;
     }
+    Around around = look_around(at);
+    float risks[RISKS];
+    risks[RISK_TEXTURE] = log_of(0.5 * around.texture_mean);
+    float kept = kept_share(visible_loss(risks[RISK_TEXTURE]));
     if (origin == ORIGIN_SOURCE && n.more.y != 0.0) {
-        imageStore(reliability, at, vec4(1.0));
+        imageStore(reliability, at, vec4(kept));
         return;
     }
     vec3 colour = texelFetch(eye_colour, at, 0).rgb;
     float contrast = float(texelFetch(surroundings, at, 0).x);
-    Around around = look_around(at);
-    float risks[RISKS];
     risks[RISK_CONTRAST] = log_of(0.5 * contrast);
     risks[RISK_DETAIL] = log_of(0.5 * around.bend);
-    risks[RISK_TEXTURE] = log_of(0.5 * around.texture_mean);
     float parallax_px = 0.0;
     if (n.reach.z != 0)
         parallax_px = add_shape(at, size, risks);
@@ -86,8 +87,8 @@ void main() {
     risks[RISK_OUTSIDE] = n.eye.y;
     risks[RISK_FILL_DEPTH] = origin == ORIGIN_SOURCE ? 0.0 : log_of(float(texelFetch(fill_depth, at, 0).x));
     risks[RISK_BRIGHTNESS] = max(colour.r, max(colour.g, colour.b));
-    risks[RISK_CODING] = log_of(TWENTIETHS * visible_loss(risks[RISK_TEXTURE]));
     int group = mirrored ? GROUP_MIRRORED : n.group_of_origin[origin / 4u][origin % 4u];
     float entry = min(weighted_sum(group, risks) * ENTRIES_PER_UNIT, float(TABLE_SIZE - 1));
-    imageStore(reliability, at, vec4(float(texelFetch(shares, ivec2(int(entry), group), 0).x) / 255.0));
+    float share = float(texelFetch(shares, ivec2(int(entry), group), 0).x) / 255.0;
+    imageStore(reliability, at, vec4(share * kept));
 }

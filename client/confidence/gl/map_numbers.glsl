@@ -11,7 +11,7 @@ struct EyeNumbers {
 
 layout(std140, binding = 2) uniform MapNumbers {
     EyeNumbers numbers[MAX_EYES];
-    vec4 weights[4 * RISK_GROUPS];  // of each group, sixteen in the order of Risk
+    vec4 weights[4 * RISK_GROUPS];  // of each group, in the order of Risk, zeros after them
     vec4 losses[2];                 // loss_at of LOSS_TEXTURES
 };
 

@@ -44,6 +44,6 @@ float visible_loss(float texture_here) {
 float weighted_sum(int group, float risks[RISKS]) {
     float sum = 0.0;
     for (int k = 0; k < RISKS; ++k)
-        sum += weights[(group * RISKS + k) / 4][k % 4] * risks[k];
+        sum += weights[4 * group + k / 4][k % 4] * risks[k];
     return sum;
 }

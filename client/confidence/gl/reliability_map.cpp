@@ -21,7 +21,8 @@ namespace equistream::gl {
 namespace {
 
 constexpr int origin_words = 12;
-static_assert(pixel_origin_count <= origin_words && risk_count == 16 && VisibleLoss::textures.size() == 8);
+constexpr int weight_places = 16;
+static_assert(pixel_origin_count <= origin_words && risk_count <= weight_places && VisibleLoss::textures.size() == 8);
 
 /// As std140 has it (map_numbers.glsl).
 struct EyeNumbers {
@@ -31,7 +32,7 @@ struct EyeNumbers {
 };
 struct MapNumbers {
     std::array<EyeNumbers, max_eyes> eyes;
-    std::array<std::array<GLfloat, risk_count>, risk_group_count> weights;
+    std::array<std::array<GLfloat, weight_places>, risk_group_count> weights{};
     std::array<GLfloat, VisibleLoss::textures.size()> losses;
 };
 
@@ -90,7 +91,7 @@ void ReliabilityMap::set_numbers(const SourceView& source, const JudgedEyes& jud
         numbers.eyes[i] = eye_numbers(RiskNumbers(source, eye, has_depth, options), has_depth, same_view(source, eye));
     }
     for (std::size_t i = 0; i < numbers.weights.size(); ++i)
-        numbers.weights[i] = reliability_model::groups[i].weights;
+        std::ranges::copy(reliability_model::groups[i].weights, numbers.weights[i].begin());
     const VisibleLoss loss = options.visible_loss.value_or(VisibleLoss{});
     std::ranges::transform(VisibleLoss::textures, numbers.losses.begin(),
                            [&](float texture) { return loss_at(loss, texture); });

@@ -132,12 +132,12 @@ def _view(picture: Any, where: str) -> _View:
 
 
 def _measured_loss(source: Any, info: FrameInfo) -> Optional[_core.VisibleLossMeter]:
-    if not isinstance(source, Frame) or "reference" not in source or info.visible_loss is not None or info.crf is not None:
+    if not isinstance(source, Frame) or "reference_repeat" not in source or info.visible_loss is not None or info.crf is not None:
         return None
-    reference, shown = source["reference"], to_display(source["colour"], info.exposure)
-    known = np.uint8(255 * (reference[:, :, 3] > 0))
+    shown, reference, repeat = (to_display(source[name], info.exposure) for name in ("colour", "reference", "reference_repeat"))
+    known = np.uint8(255 * (source["reference"][:, :, 3] > 0))
     meter = _core.VisibleLossMeter()
-    meter.add_reference(shown, np.dstack([to_display(reference, info.exposure), known]))
+    meter.add_reference(shown, np.dstack([reference, known]), repeat)
     return meter
 
 

@@ -180,19 +180,23 @@ void bind_frame_info(nb::module_& m) {
             nb::arg("picture"), nb::arg("decoded"), "One picture before and after coding.")
         .def(
             "add_reference",
-            [](VisibleLossMeter& meter, const ArrayIn<std::uint8_t>& shown, const ArrayIn<std::uint8_t>& reference) {
+            [](VisibleLossMeter& meter, const ArrayIn<std::uint8_t>& shown, const ArrayIn<std::uint8_t>& reference,
+               const ArrayIn<std::uint8_t>& repeat) {
                 require_same_size(shown, reference);
+                require_same_size(shown, repeat);
                 if (reference.shape(2) != 4)
                     throw InputError(
                         expected_found("reference", "RGBA", std::to_string(reference.shape(2)) + " channels"));
-                meter.add_reference(view_of(shown), view_of(reference));
+                meter.add_reference(view_of(shown), view_of(reference), view_of(repeat));
             },
-            nb::arg("shown"), nb::arg("reference"),
-            "What is shown, and RGBA of the same size: what it should be, where A is not 0.")
+            nb::arg("shown"), nb::arg("reference"), nb::arg("repeat"),
+            "What is shown; RGBA of the same size: what it should be, where A is not 0; and that once more with noise "
+            "of its own.")
         .def(
             "loss", [](const VisibleLossMeter& meter) { return shares_of(meter.loss()); },
             "Shares of pixels that are off by more than RELIABILITY_TOLERANCE, where the texture is CODING_TEXTURES: "
-            "by references where there were enough, else what coding took.");
+            "by references; of textures that too few of them show, no less than coding took. Without any what coding "
+            "took.");
     m.attr("CODING_TEXTURES") = nb::cast(VisibleLoss::textures);
     m.def(
         "eye_pose",

@@ -57,6 +57,8 @@ inline constexpr std::string_view raw[] = {"raw.R", "raw.G", "raw.B"};
 inline constexpr std::string_view samples[] = {"samples"};
 inline constexpr std::string_view variance[] = {"variance"};
 inline constexpr std::string_view reference[] = {"reference.R", "reference.G", "reference.B", "reference.A"};
+inline constexpr std::string_view reference_repeat[] = {"reference_repeat.R", "reference_repeat.G",
+                                                        "reference_repeat.B"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -98,6 +100,8 @@ inline constexpr AovInfo aov_table[] = {
      "of that mean's luminance, as estimated; of no meaning where samples is 0", false},
     {"reference", "reference", aov_channels::reference, SampleType::half, true, "radiance",
      "colour by many more samples at a few pixels, where A is 1; 0 elsewhere", false},
+    {"reference_repeat", "reference", aov_channels::reference_repeat, SampleType::half, true, "radiance",
+     "the same by as many samples of its own: where both differ, it is noise", false},
 };
 
 /// All planes, colour first.

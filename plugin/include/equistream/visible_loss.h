@@ -48,8 +48,10 @@ class VisibleLossMeter {
 public:
     /// One picture before and after coding, of one size.
     void add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded);
-    /// One that is shown, and RGBA of the same size: what it should be, where A is not 0.
-    void add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference);
+    /// One that is shown, RGBA of the same size: what it should be, where A is not 0, and that once more with noise of
+    /// its own. A channel is off where it is so beside both, and to the same side: noise seldom is.
+    void add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference,
+                       ImageView<const std::uint8_t> repeat);
     /// By references; of textures that too few of them show, no less than coding took. Without any what coding took.
     VisibleLoss loss() const;
 

@@ -17,6 +17,7 @@ COEFFICIENTS = REPOSITORY / "client/confidence/coefficients.h"
 ENTRIES_PER_UNIT, TABLE_SIZE = 16, 256
 FEWEST_IN_BIN = 500
 RIDGE = 1e-4
+LOSS_CURVE = 0.3  # of risks.glsl.h
 
 
 class GroupModel:
@@ -30,17 +31,22 @@ class GroupModel:
         return self.table[entry]
 
 
-def fit_group(risks, good, weight):
+def kept_share(lost):
+    """risks.glsl.h"""
+    return (1 - lost) * (1 - LOSS_CURVE * lost)
+
+
+def fit_group(risks, good, kept, weight):
+    """Of pixels that would be good with some probability by their risks, and `kept` times as often by what the source lost."""
     if len(risks) == 0:
         raise Failed("a group of pixels without any sample: expected shots of every kind (see reliability_pairs.py)")
     risks = risks.astype(np.float64)
-    sign = np.where(good, 1.0, -1.0)
 
     def loss(parameters):
-        logit = parameters[0] - risks @ parameters[1:]
-        margin = -sign * logit
-        value = np.sum(weight * np.logaddexp(0, margin)) + RIDGE * np.sum(parameters[1:] ** 2)
-        slope = -weight * sign / (1 + np.exp(-np.clip(margin, -50, 50)))
+        probability = 1 / (1 + np.exp(np.clip(risks @ parameters[1:] - parameters[0], -50, 50)))
+        fails = np.maximum(1 - kept * probability, 1e-12)
+        value = -np.sum(weight * np.log(np.where(good, kept * probability, fails))) + RIDGE * np.sum(parameters[1:] ** 2)
+        slope = weight * (1 - probability) * np.where(good, -1, kept * probability / fails)
         gradient = np.concatenate([[slope.sum()], -risks.T @ slope + 2 * RIDGE * parameters[1:]])
         return value, gradient
 
@@ -53,13 +59,13 @@ def fit_group(risks, good, weight):
     # The table's units would do for any scale of the sum; its last entry should be what hardly any pixel reaches.
     reach = np.quantile(sums, 0.999) or 1.0
     weights = np.float32(weights * (TABLE_SIZE / ENTRIES_PER_UNIT * 0.98 / reach))
-    return GroupModel(weights, calibrated(risks @ weights.astype(np.float64), good, weight))
+    return GroupModel(weights, calibrated(risks @ weights.astype(np.float64), good, kept * weight, weight))
 
 
-def calibrated(sums, good, weight):
+def calibrated(sums, good, kept_weight, weight):
     entry = np.minimum(sums * ENTRIES_PER_UNIT, TABLE_SIZE - 1).astype(int)
-    mass = np.bincount(entry, weight, TABLE_SIZE)
-    share = np.bincount(entry, weight * good, TABLE_SIZE) / np.maximum(mass, 1e-300)
+    mass = np.bincount(entry, kept_weight, TABLE_SIZE)
+    share = np.minimum(np.bincount(entry, weight * good, TABLE_SIZE) / np.maximum(mass, 1e-300), 1)
     known = mass > 0
     falling = isotonic_regression(share[known], weights=mass[known], increasing=False).x
     # Between known entries straight lines; rounded as the header stores it.

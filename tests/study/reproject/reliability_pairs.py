@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders what the reliability map is fitted to and judged by: sources, and the eyes that their reprojection should show.
 
-    reliability_pairs.py --bin build/release/bin --work FOLDER [--path-traced] [SCENE ...]
+    reliability_pairs.py --bin build/release/bin --work FOLDER [--lights NAMES] [SCENE ...]
 
 A shot is one head pose with two eyes: one at rest, 31.5 mm from the source, and one that leans by up to 0.1 m and turns. A wide
 shot is a whole view at a tenth of a headset's resolution, a close one a part of it at two fifths. The source is rendered as densely
@@ -10,13 +10,11 @@ was). Each picture is rendered with two seeds: their mean is the picture, their 
 tolerance. The source's frames before and after, as the head moves along the scene's path, are rendered once: a codec sees the source as one
 of them.
 
-That noise must stay far below the tolerance, and with light that bounces it does not: the sky alone takes 1,000 samples a pixel,
-Kitchen and Sibenik in their own light 10,000 and more. So the real scenes keep geometry, textures, materials and sun, get lamps along
-the camera's path (relight), and show direct light only.
-
---path-traced renders the scenes as they are, for confidence.py: sources as they are streamed, of 8 samples a pixel, as rendered and
-denoised, at the eyes' density and a third of it. The truth is denoised too, where it must be; reference tiles of 64 times the samples
-say what that made of it. Finished renders are kept: run it again to go on.
+That noise must stay far below the tolerance. FOLDER/direct has scenes without much of it: the real ones keep geometry, textures,
+materials and sun, get lamps along the camera's path (relight), and show direct light only. FOLDER/path-traced has the scenes as they are:
+their sources as they are streamed, of 8 samples a pixel, as rendered and denoised, at the eyes' density and a third of it. There the truth
+is denoised where it must be; reference tiles of 64 times the samples say what that made of it. Finished renders are kept: run it again to
+go on.
 """
 
 import argparse
@@ -37,13 +35,14 @@ SEEDS = {"eyes": (1, 3), "source": (2, 4), "streamed": 5}
 # Frames of the shots.
 SCENES = {"kitchen": (20, 100), "sibenik": (20, 90), "sponza-crytek": (62, 110), "san-miguel": (2, 80), "voxel-city": (20, 90), "pavilion": (20, 100)}
 BREAKERS = {"leaf": (0,), "near": (0,), "wires": (0,), "mirror": (0,), "glass": (0,)}
+DIRECT_LIGHT, PATH_TRACED = "direct", "path-traced"
 # Samples per pixel and seed of the eyes and the source, scatterings.
 DIRECT, GLOWING = (64, 32, 1), (32, 16, 2)
 TRUE_PATH_TRACED, TRUE_GLOWING = (192, 256, 8), (64, 32, 2)
-# What is streamed, path traced: the name of its light, and its denoiser.
+# What is streamed, path traced: the name of such a source, and its denoiser.
 STREAMED_SAMPLES = 8
-LIGHTS = {"rendered": "off", "denoised": "balanced"}
-STREAMED_COARSER = (1, 3)  # than the eyes
+SOURCES = {"rendered": "off", "denoised": "balanced"}
+COARSER = (1, 3)  # sources than eyes, in pixels
 SMALLER = 4
 # Lamps: metres above the path, side in metres, power (side squared times radiance).
 LAMPS = {"kitchen": (0.35, 0.1, 4.0), "sibenik": (2.5, 1.0, 90.0), "sponza-crytek": (1.5, 0.3, 25.0), "san-miguel": (1.2, 0.03, 15.0),
@@ -97,9 +96,9 @@ def path_of(description, folder):
 
 
 class Shots:
-    def __init__(self, options, scene):
-        self.options, self.name = options, scene
-        self.folder = options.work / scene
+    def __init__(self, options, light, scene):
+        self.options, self.light, self.name = options, light, scene
+        self.folder = options.work / light / scene
         self.folder.mkdir(parents=True, exist_ok=True)
         self.scene = self.description()
         description = json.loads(self.scene.read_text())
@@ -112,7 +111,7 @@ class Shots:
             described = self.folder / "scene" / f"{self.name}.json"
             if not described.exists():
                 self.run("scene", "generate", self.name, "--out", described.parent)
-        return described if self.options.path_traced or self.name not in LAMPS else self.relit(described)
+        return described if self.light == PATH_TRACED or self.name not in LAMPS else self.relit(described)
 
     def relit(self, described):
         target = self.folder / "lamps" / f"{self.name}.json"
@@ -170,11 +169,11 @@ class Shots:
             self.render(folder / name, frames, "--path", folder / path, "--lock", "path", "--range", f"{width / per_degree:.9g},{height / per_degree:.9g}",
                         "--size", f"{width // coarser}x{height // coarser}", *words)
 
-        if self.options.path_traced:
+        if self.light == PATH_TRACED:
             self.shoot_path_traced(eyes, sphere)
         else:
             self.shoot_direct(eyes, sphere)
-        print(f"{self.name} {kind}-{index}", flush=True)
+        print(f"{self.light} {self.name} {kind}-{index}", flush=True)
 
     def shoot_direct(self, eyes, sphere):
         eye_samples, source_samples, bounces = GLOWING if self.name in BREAKERS else DIRECT
@@ -191,10 +190,10 @@ class Shots:
             true = ("--denoise", "high", "--aovs", "depth,specular,raw,reference", *light)
             eyes(f"eyes-{run}", 1, *true, eye_samples, "--seed", SEEDS["eyes"][run])
             sphere(f"source-{run}", "head.csv", 1, 1, *true, source_samples, "--seed", SEEDS["source"][run])
-        for name, denoiser in LIGHTS.items():
+        for name, denoiser in SOURCES.items():
             streamed = ("--denoise", denoiser, "--aovs", "depth,specular", *light, STREAMED_SAMPLES, "--seed", SEEDS["streamed"])
             eyes(f"small-{name}", SMALLER, *streamed)
-            for coarser in STREAMED_COARSER:
+            for coarser in COARSER:
                 eyes(f"eyes-{name}-{coarser}", coarser, *streamed)
                 sphere(f"run-{name}-{coarser}", "run.csv", RUN_FRAMES, coarser, *streamed)
 
@@ -204,14 +203,15 @@ def main():
     parser.add_argument("scenes", nargs="*", default=[*SCENES, *BREAKERS], help=", ".join((*SCENES, *BREAKERS)))
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for the renders; not in the repository")
-    parser.add_argument("--path-traced", action="store_true", help="as they are streamed, in their own light, with 8 scatterings")
+    parser.add_argument("--lights", default=f"{DIRECT_LIGHT},{PATH_TRACED}", help="names between commas (%(default)s)")
     options = parser.parse_args()
     options.bin, options.work = options.bin.resolve(), options.work.resolve()
     # A first shot of every scene before the second of any.
     for index in (0, 1):
-        for kind in SHOTS:
-            for scene in options.scenes:
-                Shots(options, scene).shoot(index, kind)
+        for light in options.lights.split(","):
+            for kind in SHOTS:
+                for scene in options.scenes:
+                    Shots(options, light, scene).shoot(index, kind)
 
 
 JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942

@@ -233,7 +233,6 @@ void RiskPicture::row(int y, RiskRow& out) const {
         out.of(Risk::outside)[x] = s.numbers.outside;
         out.of(Risk::fill_depth)[x] = log_of(float(filled[x]));
         out.of(Risk::brightness)[x] = float(std::max({rgba[4 * x], rgba[4 * x + 1], rgba[4 * x + 2]})) * (1 / 255.0f);
-        out.of(Risk::coding)[x] = log_of(twentieths * loss_at(s.numbers.visible_loss, out.of(Risk::texture)[x]));
     }
 }
 
@@ -292,10 +291,11 @@ void estimate_reliability(const SourceView& source, const EyeView& eye, EyePictu
             std::copy_n(risks.pixel(x, y), risk_count, here.begin());
             const std::uint8_t group = *groups.pixel(x, y);
             std::uint8_t& out = *picture.reliability.pixel(x, y);
-            out = group == no_risk_group ? std::uint8_t(0)
-                                         : std::uint8_t(255 * reliability_of(RiskGroup(group), here) + 0.5f);
+            float share = group == no_risk_group ? 0 : reliability_of(RiskGroup(group), here);
             if (same_view(source, eye) && *picture.origin.pixel(x, y) == std::uint8_t(PixelOrigin::source))
-                out = 255;
+                share = 1;
+            const float loss = loss_at(options.visible_loss.value_or(VisibleLoss()), here[std::size_t(Risk::texture)]);
+            out = std::uint8_t(std::lround(255 * share * (1 - loss) * (1 - 0.3f * loss)));
         }
 }
 

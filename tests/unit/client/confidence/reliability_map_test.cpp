@@ -25,7 +25,7 @@ constexpr float log_rounding = 0x1p-18f, sum_rounding = 0x1p-20f;
 struct ValueRange {
     float least = 255, most = 0;
 
-    void add(RiskGroup group, const float* risks) {
+    void add(RiskGroup group, const float* risks, const VisibleLoss& loss) {
         std::array<float, risk_count> above, below;
         for (std::size_t k = 0; k < risk_count; ++k) {
             const float rounding = log_rounding + sum_rounding * risks[k];
@@ -33,8 +33,14 @@ struct ValueRange {
             below[k] = std::max(0.0f, risks[k] - rounding);
         }
         // More of a risk never makes a pixel more trustworthy.
-        least = std::min(least, 255 * plain::reliability_of(group, above));
-        most = std::max(most, 255 * plain::reliability_of(group, below));
+        const auto kept = [&](float texture) {
+            const float lost = loss_at(loss, texture);
+            return 255 * (1 - lost) * (1 - 0.3f * lost);
+        };
+        const auto [fewest, most_kept] =
+            std::minmax({kept(above[std::size_t(Risk::texture)]), kept(below[std::size_t(Risk::texture)])});
+        least = std::min(least, std::floor(fewest * plain::reliability_of(group, above) + 0.499f));
+        most = std::max(most, std::floor(most_kept * plain::reliability_of(group, below) + 0.501f));
     }
 };
 
@@ -78,7 +84,8 @@ std::vector<ValueRange> possible_values(const Judged& judged) {
             if (group == no_risk_group)
                 ranges[i] = {0, 0};
             else
-                ranges[i].add(RiskGroup(group), &risks.samples()[i * risk_count]);
+                ranges[i].add(RiskGroup(group), &risks.samples()[i * risk_count],
+                              judged.options.visible_loss.value_or(VisibleLoss()));
         }
     }
     return ranges;

@@ -167,25 +167,36 @@ TEST(Reliability, DepthErrorAndMirrorsCount) {
     EXPECT_EQ(group_of({.depth_tolerance_w = 0.02}), RiskGroup::coarse);
 }
 
-/// Nothing is at risk in what no codec touched; elsewhere what was lost where there was as much texture, flat or not.
-TEST(Reliability, CodingCountsAsWhatItTookWhereThereIsSuchTexture) {
+/// A pixel is good where neither geometry nor the source's light is off: shares of the two are multiplied.
+TEST(Reliability, LossCountsWhereThereIsSuchTexture) {
     Played played(ball_and_wall, smooth_colour, moved, "surface", "pushpull");
     std::ranges::fill(played.picture.rgba.samples().subspan(0, 160 * 4 * 40), std::uint8_t{90});
-    const FloatImage whole = played.risks();
+    const FloatImage risks = played.risks();
     const VisibleLoss loss{{40, 4, 8, 12, 16, 20, 60, 200}};  // most where nothing is left
-    const FloatImage coded = played.risks({.visible_loss = loss});
+    estimate_reliability(played.view(), played.eye, played.picture);
+    const ByteImage whole = played.picture.reliability;
+    estimate_reliability(played.view(), played.eye, played.picture, {.visible_loss = loss});
     for (int y = 0; y < eye_camera.height; ++y)
         for (int x = 0; x < eye_camera.width; ++x) {
-            ASSERT_EQ(risk_at(whole, Risk::coding, x, y), 0);
-            const double lost = loss_at(loss, float(risk_at(whole, Risk::texture, x, y)));
-            ASSERT_NEAR(risk_at(coded, Risk::coding, x, y), std::log2(1 + 20 * lost), 0.01);
-            ASSERT_EQ(risk_at(coded, Risk::contrast, x, y), risk_at(whole, Risk::contrast, x, y));
+            const double lost = loss_at(loss, float(risk_at(risks, Risk::texture, x, y)));
+            ASSERT_NEAR(*played.picture.reliability.pixel(x, y), *whole.pixel(x, y) * (1 - lost) * (1 - 0.3 * lost),
+                        0.51);
         }
-    EXPECT_NEAR(risk_at(coded, Risk::coding, 80, 20), std::log2(1 + 20 * 40 / 255.0), 0.01);
-    estimate_reliability(played.view(), played.eye, played.picture);
-    const double uncoded = played.mean_where(PixelOrigin::source);
+    const double flat = 40 / 255.0;
+    EXPECT_NEAR(*played.picture.reliability.pixel(80, 20), *whole.pixel(80, 20) * (1 - flat) * (1 - 0.3 * flat), 0.51);
+}
+
+/// What the source shows of its own view is as rendered; how noisy that is still counts.
+TEST(Reliability, TheSourcesOwnViewHasItsLoss) {
+    Played played(ball_and_wall, smooth_colour, Pose{}, "surface", "pushpull");
+    VisibleLoss loss;
+    loss.share_255.fill(51);
     estimate_reliability(played.view(), played.eye, played.picture, {.visible_loss = loss});
-    EXPECT_LT(played.mean_where(PixelOrigin::source), uncoded);
+    for (int y = 0; y < eye_camera.height; ++y)
+        for (int x = 0; x < eye_camera.width; ++x)
+            if (PixelOrigin(*played.picture.origin.pixel(x, y)) == PixelOrigin::source) {
+                ASSERT_LE(*played.picture.reliability.pixel(x, y), 192);
+            }
 }
 
 TEST(Reliability, BrokenDepthGivesNumbersAllTheSame) {

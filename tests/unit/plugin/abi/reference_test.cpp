@@ -21,7 +21,7 @@ protected:
         std::set<std::uint32_t> passes;
     };
 
-    /// The picture is 1 everywhere, references alternate between 0 and 1; `unanswered` of all passes are left out.
+    /// The picture is 1 everywhere, passes of references are 0 and 1 in turns; `unanswered` of all are left out.
     Asked answer(es_frame* frame, std::uint32_t unanswered = 0) {
         Asked asked;
         es_tile tile{};
@@ -61,7 +61,7 @@ TEST_F(References, AreMeansOfManySamplesOfTheirOwn) {
     EXPECT_EQ(asked.geometry_rays, 0u);
     EXPECT_EQ(asked.shared_seeds, 0u);
     const Frame found = read(0);
-    const FloatImage& reference = found.planes.at("reference");
+    const FloatImage &reference = found.planes.at("reference"), &repeat = found.planes.at("reference_repeat");
     const FloatImage& colour = found.planes.at("colour");
     int known = 0;
     for (int y = 0; y < reference.height(); ++y)
@@ -69,7 +69,8 @@ TEST_F(References, AreMeansOfManySamplesOfTheirOwn) {
             EXPECT_EQ(colour.pixel(x, y)[0], 1);
             const float alpha = reference.pixel(x, y)[3];
             known += alpha == 1;
-            EXPECT_EQ(reference.pixel(x, y)[1], alpha == 1 ? 0.5f : 0.0f);
+            EXPECT_EQ(reference.pixel(x, y)[1], 0);
+            EXPECT_EQ(repeat.pixel(x, y)[1], alpha);
         }
     EXPECT_EQ(known, 16);
 }
@@ -109,7 +110,7 @@ TEST_F(References, AreAllThatIsAskedForWherePlanesAreWhole) {
         for (int x = 0; x < settings.width; ++x)
             if (found.planes.at("reference").pixel(x, y)[3] == 1) {
                 ++known;
-                EXPECT_EQ(found.planes.at("reference").pixel(x, y)[0], 0.5f);
+                EXPECT_EQ(found.planes.at("reference_repeat").pixel(x, y)[0], 1);
             }
     EXPECT_EQ(known, 16);
 }

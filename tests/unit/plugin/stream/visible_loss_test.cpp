@@ -102,15 +102,30 @@ TEST(VisibleLossMeter, GoesByReferencesWhereThereAreEnough) {
                 std::ranges::fill(std::span(reference.pixel(4 * tile + i % 4, 40 + i / 4), 4), std::uint8_t{100});
     };
     know(6);
-    meter.add_reference(shown.view(), reference.view());
+    meter.add_reference(shown.view(), reference.view(), reference.view());
     EXPECT_EQ(meter.loss(), VisibleLoss()) << "96 pixels are too few";
     reference = ByteImage(200, 100, 4);
     know(40);
     meter = {};
     meter.add(shown.view(), shown.view());
-    meter.add_reference(shown.view(), reference.view());
+    meter.add_reference(shown.view(), reference.view(), reference.view());
     for (const std::uint8_t share : meter.loss().share_255)
         EXPECT_NEAR(share, 127.5, 1) << "every second pixel is off by 15";
+}
+
+TEST(VisibleLossMeter, IsOffOnlyBesideBothReferencesAndToOneSide) {
+    const ByteImage shown(200, 100, 3, 100);
+    const auto share = [&](std::uint8_t first, std::uint8_t second) {
+        const ByteImage reference(200, 100, 4, first), repeat(200, 100, 3, second);
+        VisibleLossMeter meter;
+        meter.add_reference(shown.view(), reference.view(), repeat.view());
+        return loss_at(meter.loss(), 0);
+    };
+    EXPECT_EQ(share(111, 130), 1);
+    EXPECT_EQ(share(89, 70), 1);
+    EXPECT_EQ(share(110, 130), 0) << "beside one reference alone it is off";
+    EXPECT_EQ(share(90, 70), 0);
+    EXPECT_EQ(share(60, 140), 0) << "it lies between both: they are noisy";
 }
 
 TEST(VisibleLossMeter, GoesByCodingTooWhereATextureHasTooFewReferences) {
@@ -127,7 +142,7 @@ TEST(VisibleLossMeter, GoesByCodingTooWhereATextureHasTooFewReferences) {
             std::ranges::fill(std::span(reference.pixel(x, y), 4), std::uint8_t{100});
     VisibleLossMeter meter;
     meter.add(picture.view(), shown.view());
-    meter.add_reference(shown.view(), reference.view());
+    meter.add_reference(shown.view(), reference.view(), reference.view());
     EXPECT_EQ(loss_at(meter.loss(), 0), 0);
     EXPECT_NEAR(loss_at(meter.loss(), 4.25f), 0.5, 0.06);
 }
