@@ -1,5 +1,6 @@
 #pragma once
-/// Written by tests/study/reproject/fit_reliability.py: change it by running that.
+/// Written by tests/study/reproject/fit_reliability.py, in which what the source lost was a risk too; its weight was
+/// then left out (docs/results/reproject/reliability.md). Run that again to change it.
 /// 796728 pixels of glass, kitchen, leaf, mirror, near, pavilion, san-miguel, sibenik, sponza-crytek, voxel-city,
 /// wires.
 #include "reliability.h"

@@ -17,7 +17,7 @@ bool is_guide(const std::string& name) {
 }
 
 constexpr std::size_t reference_channels = 4;
-/// Each of every other pass.
+/// The first half of a tile's passes, and the second: every other sample of the sequence lies in one side of its pixel.
 constexpr std::uint32_t reference_halves = 2;
 
 bool is_finite(const float* values, int count) {
@@ -254,7 +254,7 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
         return false;
     const std::uint32_t pass = progress.colour_passes++;
     if (is_reference(pixels.tile.id)) {
-        double* sum = reference_sum(pixels.tile, pass % reference_halves);
+        double* sum = reference_sum(pixels.tile, pass < references_.samples / reference_halves ? 0 : 1);
         for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4, sum += reference_channels)
             if (is_finite(rgba, 4)) {
                 for (int c = 0; c < 3; ++c)

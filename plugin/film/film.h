@@ -155,8 +155,8 @@ private:
     Image<double> square_sum_;  ///< of luminance
     IdImage left_out_;          ///< colour samples that were not finite, per pixel
     ReferenceTiles references_;
-    /// By reference tile, of every other pass and then of those between them, pixel by pixel: sums of radiance, and how
-    /// many samples they are of.
+    /// By reference tile, of the first half of its passes and then of the second, pixel by pixel: sums of radiance, and
+    /// how many samples they are of.
     std::vector<double> reference_sums_;
 };
 

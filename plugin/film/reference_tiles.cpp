@@ -11,7 +11,7 @@ namespace equistream {
 namespace {
 
 constexpr double share_of_samples = 0.02;
-/// The square of how many times noisier the picture is.
+/// Of both halves together.
 constexpr std::uint32_t times_the_samples = 64;
 constexpr std::uint32_t fewest_samples = 256;
 /// Additive recurrence of the plastic number's powers: the points of any run are spread evenly over the square

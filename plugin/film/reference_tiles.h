@@ -16,9 +16,9 @@ struct ReferenceTiles {
 };
 
 /// For a frame of so many samples a pixel, which may be the mean of so many frames. They take a fiftieth of the frame's
-/// samples, one tile at least, and lie elsewhere in every frame, evenly over its pixels. Every other of
-/// their samples makes one of two pictures, whose noise is less than a fifth of the frame's as rendered, up to 16,383
-/// samples; a denoised frame may have less noise than they.
+/// samples, one tile at least, and lie elsewhere in every frame, evenly over its pixels. Each half of their samples
+/// makes a picture. Its noise is less than a fifth of the frame's as rendered, up to 16,383 samples. A denoised frame
+/// may have less noise than that.
 ReferenceTiles reference_tiles(glm::ivec2 size, std::uint32_t samples_per_pixel, std::uint32_t accumulated_frames,
                                std::int64_t frame_index);
 

@@ -20,8 +20,8 @@ FORMULA Number log_of(Number x) {
     return fast_log2(1.0f + x);
 }
 
-/// How often a pixel is good that would be so without what noise, denoising and coding did to the source, where they
-/// put such a share of its pixels visibly off. Less often than one less the share: they do so where geometry is hard.
+/// Noise, denoising and coding put such a share of the source's pixels visibly off. A pixel that would be good without
+/// them is good so often. That is less than one less the share: they harm most where geometry is hard.
 FORMULA Number kept_share(Number lost) {
     return (1.0f - lost) * (1.0f - 0.3f * lost);
 }

@@ -44,7 +44,7 @@ nlohmann::ordered_json settings_json(const Settings& settings);
 nlohmann::ordered_json begun_report_json(const Settings& settings);
 
 struct Report {
-    /// Of so many frames figures are kept, about a kilobyte each without --repeat: two minutes at 30 a second.
+    /// Of so many frames figures are kept, about a kilobyte each without --repeat: half a minute at 30 a second.
     static constexpr std::size_t kept_frames = 1000;
 
     Settings settings;

@@ -337,7 +337,7 @@ def test_a_stream_says_what_coding_took(frames, run, tmp_path):
 
 
 def test_a_stream_says_what_noise_and_denoising_and_coding_took(run, tmp_path):
-    """Where frames have the plane `reference`, the encoder compares what is decoded with that; so does the package, of frames themselves."""
+    """Where frames have references, the encoder compares what is decoded with both; so does the package, of frames themselves."""
     frames, stream = tmp_path / "frames", tmp_path / "noisy.mkv"
     run("scene", "generate", "motion", "--out", tmp_path / "scene")
     run("render", tmp_path / "scene/motion.json", "--frames", "0-7", "--size", "512x256", "--spp", 4, "--aovs", "depth,reference", "--out", frames)

@@ -34,7 +34,7 @@ def least_of(figures):
 
 def main():
     if len(sys.argv) != 2:
-        sys.exit("redraw.py: expected the run.json of run.py --all, found " + (" ".join(sys.argv[1:]) or "nothing"))
+        sys.exit("redraw.py: expected a run.json of run.py --all or a generated.json, found " + (" ".join(sys.argv[1:]) or "nothing"))
     found, _ = every_figure(pathlib.Path(sys.argv[1]))
     least = {breaker: {value: {method: least_of(figures) for method, figures in by_method.items()} for value, by_method in by_value.items()}
              for breaker, by_value in found.items()}

@@ -5,10 +5,10 @@ usage: pressure.py BIN_DIR --report FILE [--seconds 15]
 
 A recorded stream is served over and over. One viewer notes when each block of bytes comes: first alone, then beside each kind of pressure, then
 alone again. *Slower* is the time that the same bytes took, beside that of the first run. *Latest* is how much later than there the latest block
-came, both counted from the first byte. Those who press run in a process of their own, on the same machine.
+came, both counted from the first byte. Those who press run in a process of their own, on the same machine: they have one half of its cores, and
+the server has the other.
 
 Then a scene is rendered while it is watched, and the viewer, who steers, notes when each sphere comes. *Slower* is the time of as many spheres.
-A renderer takes all the time that it is given: the server has one half of the cores, and those who press have the other.
 """
 
 import argparse

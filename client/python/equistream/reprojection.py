@@ -132,7 +132,7 @@ def _view(picture: Any, where: str) -> _View:
 
 
 def _measured_loss(source: Any, info: FrameInfo) -> Optional[_core.VisibleLossMeter]:
-    if not isinstance(source, Frame) or "reference_repeat" not in source or info.visible_loss is not None or info.crf is not None:
+    if not isinstance(source, Frame) or not {"reference", "reference_repeat"} <= set(source.planes) or info.visible_loss is not None or info.crf is not None:
         return None
     shown, reference, repeat = (to_display(source[name], info.exposure) for name in ("colour", "reference", "reference_repeat"))
     known = np.uint8(255 * (source["reference"][:, :, 3] > 0))
@@ -210,7 +210,8 @@ class Reprojector:
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
         unless given, the source's own if its own depth is used, else 0. How visibly off the colours are `source.info` says: `visible_loss`, or what
-        is usual at its `crf`. A Frame that says neither is measured by its plane `reference`, if it has one.
+        is usual at its `crf`. A Frame that says neither is measured by its planes `reference` and
+        `reference_repeat`, if it has them.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")

@@ -1,7 +1,7 @@
 #pragma once
 /// How visibly off a track's colours are, as the encoder measures it: by noise, by denoising and by coding. It is a
 /// share of pixels for each amount of texture that is left to see around them. Nothing in the decoded picture says what
-/// is wrong with it: only who has more can tell. With plane "reference" (aov.h) all three are measured, without it
+/// is wrong with it: only who has more can tell. With group "reference" (aov.h) all three are measured, without it
 /// coding alone. Travels in frame data; the client's reliability map reads it. Pictures are display-referred sRGB,
 /// 8-bit RGB or RGBA, of which the first three channels count. Pure functions; rows run in parallel.
 #include <equistream/image.h>
@@ -48,8 +48,8 @@ class VisibleLossMeter {
 public:
     /// One picture before and after coding, of one size.
     void add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded);
-    /// One that is shown, RGBA of the same size: what it should be, where A is not 0, and that once more with noise of
-    /// its own. A channel is off where it is so beside both, and to the same side: noise seldom is.
+    /// One that is shown; RGBA of the same size: what it should be, where A is not 0; and that once more with noise of
+    /// its own. A channel counts as off if it is above both, or below both, by too much: noise seldom makes it so.
     void add_reference(ImageView<const std::uint8_t> shown, ImageView<const std::uint8_t> reference,
                        ImageView<const std::uint8_t> repeat);
     /// By references; of textures that too few of them show, no less than coding took. Without any what coding took.

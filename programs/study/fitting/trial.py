@@ -1,6 +1,6 @@
 """Tries a settings file with its own commands: render, encode, play. Both truths then say how accurate it is, which is what `fit` promises.
 
-With noise of its own: of what was tried on one noise the search takes what looks best there, and on another it is worse.
+With noise of its own: the search takes what looks best on one noise, and on another that is worse.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ def with_point(chosen, **figures):
 
 
 def measured(work, chosen, asked, codec):
-    """`chosen` with the figures that its file's own commands have: of all SEEDS together, and an interval that has those of each."""
+    """`chosen` with the figures that its file's own commands have: of all SEEDS together, and an interval that holds the interval of each."""
     model = work.folder / chosen.model_file if chosen.model_px else chosen.geometry_file
     sections = sections_of(dataclasses.replace(chosen, geometry_file=model), asked, codec)
     entries, sent = zip(*(played(work, sections, seed) for seed in SEEDS))

@@ -31,7 +31,7 @@ def scenes_table(left_out):
                      percent(of["precision_below_half"]), percent(of["recall_below_half"]), percent(of["recall_at_60_percent"]),
                      percent(judged["uncovered"]["recall_at_60_percent"])])
     return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE, exact depth", "worst bin", "precision %", "recall %", "recall at 60 %",
-                  "of what was uncovered"], rows)
+                  "recall at 60 %, uncovered"], rows)
 
 
 KINDS = {"direct": "direct light", "direct_16": "CRF 16", "direct_24": "CRF 24", "rendered": "8 samples", "rendered_16": "CRF 16", "rendered_24": "CRF 24",

@@ -90,6 +90,9 @@ TEST_F(GlReliability, OfEyesAtTheSource) {
     SourceView same = played[0].view();
     same.camera = eye_camera;
     expect_the_cpus(same, eyes, pictures);
+    VisibleLoss loss;
+    loss.share_255.fill(51);
+    expect_the_cpus(same, eyes, pictures, {.visible_loss = loss});
 }
 
 TEST_F(GlReliability, FindsMirrors) {

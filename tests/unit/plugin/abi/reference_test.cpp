@@ -1,6 +1,7 @@
 // Group "reference": a few pixels of the finished picture, sampled many times.
 #include "abi_fixture.h"
 
+#include <array>
 #include <set>
 
 namespace equistream::testing {
@@ -19,9 +20,11 @@ protected:
         std::set<std::uint64_t> seeds;  ///< of the picture's rays
         std::size_t shared_seeds = 0;   ///< rays of references that have one of those
         std::set<std::uint32_t> passes;
+        std::array<glm::dvec3, 2> directions{};  ///< means over the rays of each half of a reference's passes
     };
 
-    /// The picture is 1 everywhere, passes of references are 0 and 1 in turns; `unanswered` of all are left out.
+    /// The picture is 1 everywhere, of references the first half of the passes is 0 and the second 1; `unanswered` of
+    /// all are left out.
     Asked answer(es_frame* frame, std::uint32_t unanswered = 0) {
         Asked asked;
         es_tile tile{};
@@ -41,7 +44,13 @@ protected:
                         asked.shared_seeds += asked.seeds.contains(ray.seed);
                     else
                         asked.seeds.insert(ray.seed);
-                const float level = is_reference ? float(pass % 2) : 1;
+                const bool is_second = 2 * pass >= tile.sample_count;
+                for (const es_ray& ray : rays)
+                    if (is_reference)
+                        asked.directions[is_second] +=
+                            glm::dvec3(ray.direction[0], ray.direction[1], ray.direction[2]) *
+                            (2.0 / tile.sample_count / tile.pixel_count);
+                const float level = is_reference ? float(is_second) : 1;
                 const std::vector<float> rgba(std::size_t{tile.pixel_count} * 4, level);
                 es_tile_put_radiance(frame, &tile, rgba.data());
             }
@@ -60,6 +69,9 @@ TEST_F(References, AreMeansOfManySamplesOfTheirOwn) {
     EXPECT_EQ(asked.passes, std::set<std::uint32_t>{256});
     EXPECT_EQ(asked.geometry_rays, 0u);
     EXPECT_EQ(asked.shared_seeds, 0u);
+    const double pixel_rad = 2 * pi / settings.width;
+    EXPECT_LT(glm::length(asked.directions[0] - asked.directions[1]), 0.02 * pixel_rad)
+        << "both halves have to see all of their pixels";
     const Frame found = read(0);
     const FloatImage &reference = found.planes.at("reference"), &repeat = found.planes.at("reference_repeat");
     const FloatImage& colour = found.planes.at("colour");
