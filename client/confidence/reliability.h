@@ -76,8 +76,8 @@ struct ReliabilityOptions {
 
 /// Fills `picture.reliability` for a finished picture (origin and rgba as engine and fill passes left them). Depth of
 /// the eye is `eye.depth_m`, else `picture.depth_m`; without both, of a moved eye, the group is `turned`. Gaps that are
-/// left get 0; a pixel of the source's very view gets 255, less what its source lost. InputError where a picture's, the depth's or the specular
-/// mask's size is not that of its camera, here and below.
+/// left get 0; a pixel of the source's very view gets 255, less what its source lost. InputError where a picture's, the
+/// depth's or the specular mask's size is not that of its camera, here and below.
 void estimate_reliability(const SourceView& source, const EyeView& eye, EyePicture& picture,
                           const ReliabilityOptions& options = {});
 
