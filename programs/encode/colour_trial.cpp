@@ -95,16 +95,15 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         pictures.push_back(std::move(rgb));
         ByteImage& reference = references.emplace_back();
         ByteImage& repeat = repeats.emplace_back();
-        const auto planes_end = frame->planes.end();
-        const auto many_samples = frame->planes.find("reference"), once_more = frame->planes.find("reference_repeat");
-        if (many_samples != planes_end && once_more != planes_end) {
+        if (frame->planes.contains("reference")) {
             const auto as_coded = [&](const FloatImage& plane) {
                 Picture of;
                 coding(plane.view(), frame->info.exposure, of);
                 return shown(of);
             };
-            reference = reference_picture(as_coded(many_samples->second), many_samples->second);
-            repeat = as_coded(once_more->second);
+            const FloatImage& many_samples = frame->planes.at("reference");
+            reference = reference_picture(as_coded(many_samples), many_samples);
+            repeat = as_coded(frame->planes.at("reference_repeat"));
         }
     }
     if (pictures.empty())

@@ -27,10 +27,10 @@ def scenes_table(left_out):
     rows = []
     for scene, judged in left_out.items():
         of = judged["all"]
-        rows.append([scene, f"{of['n']:,}", percent(judged["left_out_for_noise"]), percent(of["good"]), share_off(of), share_off(judged["exact"]), percent(of["worst_bin"]),
+        rows.append([scene, f"{of['n']:,}", percent(judged["left_out_for_noise"]), cell(judged["truth_off_references"]["mean_255"], 1), percent(of["good"]), share_off(of), share_off(judged["exact"]), percent(of["worst_bin"]),
                      percent(of["precision_below_half"]), percent(of["recall_below_half"]), percent(of["recall_at_60_percent"]),
                      percent(judged["uncovered"]["recall_at_60_percent"])])
-    return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE, exact depth", "worst bin", "precision %", "recall %", "recall at 60 %",
+    return table(["scene left out", "pixels", "too noisy %", "truth off by, of 255", "good %", "ECE, points", "ECE, exact depth", "worst bin", "precision %", "recall %", "recall at 60 %",
                   "recall at 60 %, uncovered"], rows)
 
 

@@ -13,7 +13,7 @@ of them.
 That noise must stay far below the tolerance. FOLDER/direct has scenes without much of it: the real ones keep geometry, textures,
 materials and sun, get lamps along the camera's path (relight), and show direct light only. FOLDER/path-traced has the scenes as they are:
 their sources as they are streamed, of 8 samples a pixel, as rendered and denoised, at the eyes' density and a third of it. There the truth
-is denoised where it must be; reference tiles of 64 times the samples say what that made of it. Finished renders are kept: run it again to
+is denoised where it must be; reference tiles of many more samples say what that made of it. Finished renders are kept: run it again to
 go on.
 """
 
