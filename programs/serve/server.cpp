@@ -19,6 +19,9 @@ namespace {
 /// Until the next try where the system had no room for a connection.
 constexpr std::chrono::milliseconds before_retry{100};
 
+/// Where more come than are let in a second.
+constexpr std::chrono::milliseconds between_connections{10};
+
 /// Of viewers from one address, but for this machine's.
 constexpr int default_per_address = 4;
 
@@ -57,25 +60,33 @@ asio::ip::address counted_address(const asio::ip::address& peer) {
 }
 
 Server::Server(asio::ip::tcp::acceptor acceptor, Programme& programme, const ServerSettings& settings)
-    : acceptor_(std::move(acceptor)), retry_(acceptor_.get_executor()), programme_(programme), settings_(settings) {}
+    : acceptor_(std::move(acceptor)), pause_(acceptor_.get_executor()), programme_(programme), settings_(settings) {}
 
 void Server::accept() {
     acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
         if (!acceptor_.is_open())
             return;
-        if (error)
-            return retry_later(error);
+        if (error) {
+            tell({"could not be let in", 0, "an address unknown", 0, error.message()});
+            return accept_after(before_retry);
+        }
         welcome(std::move(socket));
-        accept();
+        accept_in_time();
     });
 }
 
-void Server::retry_later(const asio::error_code& error) {
-    tell({"could not be let in", 0, "an address unknown", 0, error.message()});
-    retry_.expires_after(before_retry);
-    retry_.async_wait([this](const asio::error_code& cancelled) {
+void Server::accept_in_time() {
+    if (connections_.allows(Clock::now()))
+        accept();
+    else
+        accept_after(between_connections);
+}
+
+void Server::accept_after(Clock::duration pause) {
+    pause_.expires_after(pause);
+    pause_.async_wait([this](const asio::error_code& cancelled) {
         if (!cancelled && acceptor_.is_open())
-            accept();
+            accept_in_time();
     });
 }
 
@@ -136,14 +147,14 @@ void Server::tell(const ViewerEvent& event) {
     log_event(settings_.log, told);
 }
 
-bool LineLimit::allows(Clock::time_point now) {
+bool RateLimit::allows(Clock::time_point now) {
     const double since_s = std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-    lines_ = std::min(at_once, lines_ + a_second * since_s);
-    if (lines_ < 1) {
+    left_ = std::min(at_once_, left_ + a_second_ * since_s);
+    if (left_ < 1) {
         ++left_out_;
         return false;
     }
-    lines_ -= 1;
+    left_ -= 1;
     return true;
 }
 
@@ -157,7 +168,7 @@ void Server::wake() {
 void Server::stop_accepting() {
     asio::error_code ignored;
     acceptor_.close(ignored);
-    retry_.cancel();
+    pause_.cancel();
 }
 
 void Server::stop() {

@@ -29,17 +29,17 @@ void log_event(cli::ProgressStyle style, const ViewerEvent& event);
 /// What else there is to tell.
 void log_note(cli::ProgressStyle style, const std::string& text);
 
-/// How many lines strangers may fill a log with: some at once, and then so many a second.
-class LineLimit {
+/// How often strangers may have something done: so many times at once, and then so many a second.
+class RateLimit {
 public:
+    RateLimit(double at_once, double a_second) : at_once_(at_once), a_second_(a_second), left_(at_once) {}
+
     bool allows(Clock::time_point now);
-    /// Lines that were not allowed since this was last asked.
+    /// How often it did not allow it since this was last asked.
     std::int64_t take_left_out() { return std::exchange(left_out_, 0); }
 
 private:
-    static constexpr double at_once = 20, a_second = 2;
-
-    double lines_ = at_once;
+    double at_once_, a_second_, left_;
     Clock::time_point last_{};
     std::int64_t left_out_ = 0;
 };
@@ -81,7 +81,8 @@ public:
 
 private:
     void accept();
-    void retry_later(const asio::error_code& error);
+    void accept_in_time();
+    void accept_after(Clock::duration pause);
     void welcome(asio::ip::tcp::socket socket);
     void count_out(int number, const std::string& address, const std::string& how, const std::string& detail);
     /// Why one from there is not let in; empty: it is.
@@ -95,12 +96,13 @@ private:
     };
 
     asio::ip::tcp::acceptor acceptor_;
-    asio::steady_timer retry_;
+    asio::steady_timer pause_;
     Programme& programme_;
     ServerSettings settings_;
     ServerFigures figures_;
     std::map<int, Guest> viewers_;
-    LineLimit lines_;
+    RateLimit connections_{100, 500};  ///< what strangers may take of the processor; more wait in the system
+    RateLimit lines_{20, 2};           ///< of the log
 };
 
 // Where the server listens: tcp://HOST:PORT.

@@ -1,4 +1,4 @@
-/// Addresses that a server listens to, and those that it counts viewers by.
+/// Addresses that a server listens to, those that it counts viewers by, and how many it lets in a second.
 #include <programs/serve/server.h>
 
 #include <equistream/error.h>
@@ -27,6 +27,25 @@ TEST(ServerAddress, IsReadAsItIsWritten) {
     for (const char* url : {"tcp://127.0.0.1:9000", "tcp://[::1]:9000", "tcp://[2001:db8::5]:65535"})
         EXPECT_EQ(url_of(parse_listen_address(url, "--listen")), url);
     EXPECT_THROW(parse_listen_address("tcp://[::1:9000", "--listen"), InputError);
+}
+
+TEST(RateLimits, AllowSoManyAtOnceAndThenSoManyASecond) {
+    RateLimit limit(3, 2);
+    const Clock::time_point start = Clock::now();
+    const auto allowed = [&](double after_s, int asked) {
+        int count = 0;
+        for (int i = 0; i < asked; ++i)
+            count += limit.allows(start +
+                                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(after_s)));
+        return count;
+    };
+    EXPECT_EQ(allowed(0, 10), 3);
+    EXPECT_EQ(limit.take_left_out(), 7);
+    EXPECT_EQ(allowed(0.4, 10), 0);
+    EXPECT_EQ(allowed(0.6, 10), 1);
+    EXPECT_EQ(allowed(100, 10), 3);
+    EXPECT_EQ(limit.take_left_out(), 26);
+    EXPECT_EQ(limit.take_left_out(), 0);
 }
 
 }  // namespace
