@@ -24,6 +24,7 @@ add_library(equistream_asio INTERFACE)
 target_include_directories(equistream_asio SYSTEM INTERFACE ${EQUISTREAM_ASIO_INCLUDE})
 target_compile_definitions(equistream_asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED)
 target_link_libraries(equistream_asio INTERFACE Threads::Threads)
+find_package(OpenSSL 3 REQUIRED)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)

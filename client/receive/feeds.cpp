@@ -4,6 +4,7 @@
 #include <equistream/error.h>
 #include <equistream/text.h>
 
+#include <client/transport/address.h>
 #include <client/warp/engine.h>
 
 #include <cmath>
@@ -133,7 +134,8 @@ private:
 class PromptFeed : public FrameFeed {
 public:
     PromptFeed(const std::string& source, const FeedOptions& options)
-        : source_(source), limit_s_(options.first_frame_limit_s), feed_(in_time([&] { return open(options); })) {}
+        : source_(without_secrets(source)), limit_s_(options.first_frame_limit_s),
+          feed_(in_time([&] { return open(source, options); })) {}
 
     std::optional<ReceivedFrame> next() override {
         std::optional<ReceivedFrame> frame = in_time([&] { return feed_->next(); });
@@ -150,11 +152,11 @@ public:
     bool seek(std::int64_t frame) override { return feed_->seek(frame); }
 
 private:
-    std::unique_ptr<FrameFeed> open(FeedOptions options) {
+    std::unique_ptr<FrameFeed> open(const std::string& source, FeedOptions options) {
         options.interrupted = [this, asked = std::move(options.interrupted)] {
             return is_late() || (asked && asked());
         };
-        return open_stream_feed(source_, options);
+        return open_stream_feed(source, options);
     }
 
     bool is_late() const { return !has_given_ && seconds_since(began_) > limit_s_; }

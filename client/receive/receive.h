@@ -1,50 +1,23 @@
 #pragma once
-/// Pictures as they arrive, what engines take of them, and the head's poses on their way to the server.
+/// Pictures as they arrive, and what engines take of them.
 #include <equistream/colour.h>
 #include <equistream/frame.h>
 #include <equistream/stream.h>
-#include <equistream/viewer_message.h>
 #include <equistream/yuv.h>
 
+#include <client/transport/pose_sender.h>
 #include <client/warp/view.h>
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace equistream {
-
-// Tells a server where the head is, over the connection on which its stream comes (docs/stream-format.md, "From the
-// viewer"). Any thread may send.
-
-class PoseSender {
-public:
-    /// Takes what it can of the bytes without waiting; false: they are lost.
-    using Connection = std::function<bool(std::span<const std::uint8_t>)>;
-
-    /// At most 30 times a second, and no head twice that shows the same. Whether it was sent.
-    bool send(const ViewerPose& pose);
-    /// What the viewer shows, which goes with its poses from now on.
-    void look_through(const PerspectiveCamera& view);
-
-    /// What is sent goes there from now on; null: nowhere.
-    void use(Connection connection);
-
-private:
-    std::mutex mutex_;
-    Connection connection_;
-    std::optional<ViewExtent> view_, last_view_;
-    std::optional<Pose> last_;
-    std::chrono::steady_clock::time_point last_at_;
-};
 
 // Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
 // without loss. All pictures of one frame come together.
@@ -133,7 +106,7 @@ struct FeedOptions {
     std::function<bool()> interrupted{};  ///< as in StreamReadOptions; with frames_ahead called by that thread
     /// A stream whose first frame is not whole by then is given up with a WorkError, whatever comes of it meanwhile.
     double first_frame_limit_s = std::numeric_limits<double>::infinity();
-    /// Of a stream that comes from tcp://HOST:PORT: what is sent with it goes there. Borrowed.
+    /// Of a stream that comes from a server: what is sent with it goes there. Borrowed.
     PoseSender* poses = nullptr;
 };
 

@@ -1,7 +1,8 @@
 #include "decoded_pictures.h"
 #include "feeds.h"
-#include "server_connection.h"
 
+#include <client/transport/address.h>
+#include <client/transport/server_connection.h>
 #include <client/warp/engine.h>
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
@@ -39,17 +40,17 @@ std::string transfer_of(const StreamTrackSummary& track) {
 class StreamFeed : public FrameFeed {
 public:
     StreamFeed(const std::string& source, const FeedOptions& options)
-        : source_(source), connection_(connect(source, options)),
-          reader_(source, {.rgb = true,
-                           .yuv = options.yuv,
-                           .pq = true,
-                           .depth = options.depth,
-                           .images = options.specular,
-                           .left_out = asked_to_leave_out(options),
-                           .hardware = options.hardware,
-                           .memory = options.memory,
-                           .interrupted = options.interrupted,
-                           .read = reading_from(connection_.get())}),
+        : source_(without_secrets(source)), reader_(source_, connected(source,
+                                                                       {.rgb = true,
+                                                                        .yuv = options.yuv,
+                                                                        .pq = true,
+                                                                        .depth = options.depth,
+                                                                        .images = options.specular,
+                                                                        .left_out = asked_to_leave_out(options),
+                                                                        .hardware = options.hardware,
+                                                                        .memory = options.memory,
+                                                                        .interrupted = options.interrupted},
+                                                                       options.poses)),
           options_(options), left_out_(asked_to_leave_out(options)), tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
@@ -113,17 +114,6 @@ public:
     }
 
 private:
-    static std::unique_ptr<ServerConnection> connect(const std::string& source, const FeedOptions& options) {
-        if (options.poses == nullptr || !is_server_address(source))
-            return nullptr;
-        return std::make_unique<ServerConnection>(source, *options.poses, options.interrupted);
-    }
-    static std::function<std::size_t(std::span<std::uint8_t>)> reading_from(ServerConnection* connection) {
-        if (connection == nullptr)
-            return nullptr;
-        return [connection](std::span<std::uint8_t> bytes) { return connection->read(bytes); };
-    }
-
     enum class Origin { unknown, ours, foreign };
     struct Track {
         TrackRole role = TrackRole::main;  // as the reader says
@@ -297,7 +287,6 @@ private:
     }
 
     std::string source_;
-    std::unique_ptr<ServerConnection> connection_;  // null: the reader opens the source
     StreamReader reader_;
     FeedOptions options_;
     TrackRoles left_out_;

@@ -1,6 +1,7 @@
 #include "session.h"
 
 #include <client/stages/stages.h>
+#include <client/transport/address.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 
@@ -63,11 +64,12 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
     options.poses = &poses_;
     options.first_frame_limit_s = first_frame_limit_s;
     loader_ = std::make_unique<FrameLoader>(settings.source, std::move(options));
+    settings_.source = without_secrets(settings.source);
     playback_ = std::make_unique<Playback>(*loader_, settings.paused);
     display_s_ = loader_->now_s();
     shown_ = playback_->refresh(display_s_).frame;
     if (shown_ == nullptr)
-        throw WorkError(expected_found(settings.source, "a first frame", "none"));
+        throw WorkError(expected_found(settings_.source, "a first frame", "none"));
     choose(ray, gl);
     show(shown_);
     count_shown();

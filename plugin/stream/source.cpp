@@ -219,8 +219,6 @@ void Source::open(const std::string& name) {
     const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
     if (code < 0 && !problem_.empty())
         throw WorkError(name + ": " + problem_);
-    if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
-        throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
     // What libavformat says of a format that is not among ours.
     if (code == AVERROR(EINVAL) && !url)
         throw InputError(expected_found(name, "a video in MP4, Matroska, MPEG-TS or another container of videos",

@@ -3,6 +3,7 @@
 #include "commands.h"
 #include "process.h"
 
+#include <client/transport/address.h>
 #include <equistream/error.h>
 #include <equistream/image.h>
 
@@ -12,6 +13,7 @@
 #include <charconv>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <memory>
@@ -285,6 +287,14 @@ Option add_progress_option(CommandLine& app, std::string& progress) {
         .add_option("--progress", progress,
                     "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
         .with_default();
+}
+
+void hide_secret(std::string& source) {
+    const auto address = parse_server_address(source);
+    if (!address || address->secret.empty())
+        return;
+    setenv(secret_variable, address->secret.c_str(), 1);
+    source = address->text();
 }
 
 std::string quoted_command(int argc, char** argv) {

@@ -76,6 +76,10 @@ Option add_seed_option(CommandLine& app, std::uint64_t& seed, const std::string&
 /// The command line as one shell-quoted string, for manifests and reports; the program without its folder.
 std::string quoted_command(int argc, char** argv);
 
+/// Puts the secret of a server's address into the environment, where connections look for it, so that what is said of
+/// the source does not say it.
+void hide_secret(std::string& source);
+
 enum class ProgressStyle { automatic, json, none };
 /// Adds --json: the report on standard output is JSON and nothing else.
 Option add_json_flag(CommandLine& app, bool& json);

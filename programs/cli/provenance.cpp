@@ -1,5 +1,7 @@
 #include "provenance.h"
 
+#include <client/transport/address.h>
+
 #include <fstream>
 #include <thread>
 
@@ -18,7 +20,7 @@ std::string cpu_model() {
 }  // namespace
 
 nlohmann::ordered_json provenance(const std::string& command) {
-    return {{"command", command},
+    return {{"command", without_secrets(command)},
             {"version", EQUISTREAM_VERSION},
             {"machine", {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}}}};
 }

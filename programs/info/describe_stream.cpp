@@ -1,5 +1,6 @@
 #include "describe.h"
 
+#include <client/transport/server_connection.h>
 #include <equistream/stream.h>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ struct Watched {
     StreamReader reader;
     std::vector<std::vector<FrameInfo>> frames;  ///< by track
 
-    explicit Watched(const std::string& source) : reader(source, {.rgb = false}), frames(reader.tracks().size()) {
+    explicit Watched(const std::string& source)
+        : reader(source, connected(source, {.rgb = false})), frames(reader.tracks().size()) {
         while (const auto picture = reader.next())
             if (picture->info)
                 frames[picture->track].push_back(*picture->info);

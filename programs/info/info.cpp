@@ -59,6 +59,7 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     app.add_option("--pictures", options.pictures,
                    "Also write a PNG of every plane (depth, motion, ids, ... in false colours) into this folder");
     return [&options] {
+        cli::hide_secret(options.source);
         require_readable(options.source);
         if (!options.pictures.empty())
             write_pictures(options.source, options.pictures);

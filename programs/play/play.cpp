@@ -140,6 +140,7 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
 }
 
 void run(Arguments& arguments, const cli::CommandLine& app) {
+    cli::hide_secret(arguments.settings.source);
     complete(arguments, app);
     const play::Report report = play::play(arguments.settings);
     if (arguments.settings.json)
@@ -158,10 +159,9 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::Option scene = app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         .excludes(scene);
-    app.add_option(
-        "--head", settings.head,
-        "CSV of head poses; default: the pose each picture is tagged with. A server at tcp:// is told them, so "
-        "that a live one makes each frame for where the head will be then");
+    app.add_option("--head", settings.head,
+                   "CSV of head poses; default: the pose each picture is tagged with. A server is told them, so "
+                   "that a live one makes each frame for where the head will be then");
     app.add_option(
         "--method", settings.method,
         described(engine_stages()) +

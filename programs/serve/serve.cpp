@@ -4,6 +4,7 @@
 #include "programmes.h"
 #include "server.h"
 
+#include <client/transport/secret.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
@@ -27,11 +28,11 @@ namespace {
 constexpr double max_patience_s = 86400;
 
 struct Options {
-    std::string command, source, listen;
+    std::string command, source, listen, secret_file;
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
     std::string progress = "auto";
-    bool loop = false, json = false;
+    bool open = false, loop = false, json = false;
 };
 
 void check(const Options& options) {
@@ -91,26 +92,69 @@ void report(const Options& options, const LiveFigures& figures) {
                 1e3 * figures.encode_s, 1e3 * figures.age_s);
 }
 
-/// Where viewers may come, and what ends it.
-struct Door {
-    asio::io_context io{1};
-    asio::ip::tcp::acceptor acceptor;
-    asio::signal_set stop;
+ServerAddress listen_address(const std::string& listen) {
+    auto address = parse_server_address(listen);
+    cli::require(address.has_value(), "--listen", "tcp://HOST:PORT or tls://HOST:PORT with a port of 0 to 65535",
+                 "'" + without_secrets(listen) + "'");
+    return *address;
+}
 
-    explicit Door(const std::string& listen)
-        : acceptor(bind_to(io, parse_listen_address(listen, "--listen"), "--listen")), stop(io, SIGINT, SIGTERM) {}
-
-    /// Returns the address, and says who can come to it.
-    std::string open(const std::string& listen, cli::ProgressStyle log) {
-        asio::error_code error;
-        acceptor.listen(asio::socket_base::max_listen_connections, error);
-        cli::require(!error, "--listen " + listen, "an address that is free", error.message());
-        if (!acceptor.local_endpoint().address().is_loopback())
-            log_note(log, "whoever reaches " + url_of(acceptor.local_endpoint()) +
-                              " can watch, and steer a scene: there is no password and no encryption "
-                              "(docs/security.md)");
-        return url_of(acceptor.local_endpoint());
+/// The address's, the file's or the environment's; one that was made here where there is none.
+std::string secret_for(const ServerAddress& address, const std::string& file) {
+    const char* const variable = std::getenv(secret_variable);
+    if (!address.secret.empty()) {
+        require_secret(address.secret, "--listen " + address.text());
+        return address.secret;
     }
+    if (!file.empty())
+        return read_or_make_secret(file);
+    if (variable == nullptr)
+        return make_secret();
+    require_secret(variable, secret_variable);
+    return variable;
+}
+
+/// Where viewers may come, and what ends it.
+struct Entrance {
+    asio::io_context io{1};
+    Door door;
+    asio::signal_set stop;
+    ServerAddress address;  ///< as it listens; with the secret where nobody else knows it
+
+    explicit Entrance(const Options& options) : Entrance(options, listen_address(options.listen)) {}
+
+    /// Says who can come.
+    void open(cli::ProgressStyle log) {
+        asio::error_code error;
+        door.acceptor.listen(asio::socket_base::max_listen_connections, error);
+        cli::require(!error, "--listen " + address.text(), "an address that is free", error.message());
+        if (is_local())
+            return;
+        log_note(log, door.context ? "whoever knows the secret and reaches " + address.text() +
+                                         " can watch, and steer a scene (docs/security.md)"
+                                   : "whoever reaches " + address.text() +
+                                         " can watch, and steer a scene: there is no secret and no encryption (--open, "
+                                         "docs/security.md)");
+    }
+
+private:
+    Entrance(const Options& options, const ServerAddress& wanted)
+        : door{bind_to(io, resolve(wanted, "--listen"), "--listen"), nullptr}, stop(io, SIGINT, SIGTERM),
+          address(address_of(door.acceptor.local_endpoint())) {
+        address.encrypted = wanted.encrypted;
+        cli::require(wanted.encrypted || options.secret_file.empty(), "--secret-file",
+                     "--listen tls://HOST:PORT beside it", wanted.text());
+        cli::require(wanted.encrypted || options.open || is_local(), "--listen " + wanted.text(),
+                     "beyond this machine tls://, or --open, by which everybody can watch and steer", "neither");
+        if (!wanted.encrypted)
+            return;
+        const std::string secret = secret_for(wanted, options.secret_file);
+        door.context = secret_context(secret, TlsRole::server);
+        if (wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr)
+            address.secret = secret;
+    }
+
+    bool is_local() const { return door.acceptor.local_endpoint().address().is_loopback(); }
 };
 
 /// What the child leaves there goes with the rest, however it ends.
@@ -121,40 +165,40 @@ cli::ScratchFolder& make_scratch(std::optional<cli::ScratchFolder>& scratch) {
 }
 
 void run_recorded(const Options& options) {
-    Door door(options.listen);
+    Entrance entrance(options);
     std::string file = options.source;
     std::optional<cli::ScratchFolder> scratch;
     if (std::filesystem::is_directory(options.source)) {
         file = make_scratch(scratch).file("stream.mkv");
         std::vector<std::string> arguments{options.source, "--out", file, "--progress", options.progress};
         arguments.insert(arguments.end(), options.more.begin(), options.more.end());
-        if (!run_encode(door.io, door.stop, arguments))
+        if (!run_encode(entrance.io, entrance.stop, arguments))
             return report(options, ServerFigures{});
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
     const std::unique_ptr<Programme> recording = open_recording(file, options.loop);
-    const std::string url = door.open(options.listen, options.live.settings.server.log);
-    Server server(std::move(door.acceptor), *recording, options.live.settings.server);
-    door.stop.async_wait([&](const asio::error_code& cancelled, int) {
+    entrance.open(options.live.settings.server.log);
+    Server server(std::move(entrance.door), *recording, options.live.settings.server);
+    entrance.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
             server.stop();
     });
     server.start();
-    say_listening(url, options.json);
-    door.io.run();
+    say_listening(entrance.address.text_with_secret(), options.json);
+    entrance.io.run();
     report(options, server.figures());
 }
 
 void run_live(const Options& options) {
     cli::require(!options.loop, "--loop: " + options.source, "a recorded stream", "a scene");
-    Door door(options.listen);
+    Entrance entrance(options);
     std::signal(SIGPIPE, SIG_IGN);
     std::optional<cli::ScratchFolder> scratch;
     const LiveSettings settings =
         live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
-    const std::string url = door.open(options.listen, options.live.settings.server.log);
-    report(options, serve_live(door.io, door.stop, std::move(door.acceptor), settings,
-                               [&] { say_listening(url, options.json); }));
+    entrance.open(options.live.settings.server.log);
+    report(options, serve_live(entrance.io, entrance.stop, std::move(entrance.door), settings,
+                               [&] { say_listening(entrance.address.text_with_secret(), options.json); }));
 }
 
 std::function<void()> set_up(cli::CommandLine& app, Options& options) {
@@ -167,9 +211,14 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
                    "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
                    "render about the scene");
     app.add_option("--listen", options.listen,
-                   "tcp://HOST:PORT; without a host this machine alone can connect (127.0.0.1), port 0 is one that is "
-                   "free")
+                   "tcp://HOST:PORT, or tls://HOST:PORT for viewers that know a secret, encrypted; without a host this "
+                   "machine alone can connect (127.0.0.1), port 0 is one that is free")
         .required();
+    app.add_option("--secret-file", options.secret_file,
+                   "Of tls://: its first line is the secret; made where it is not there. Without it the secret is "
+                   "EQUISTREAM_SECRET's, or a new one, which is said with the address");
+    app.add_flag("--open", options.open,
+                 "With tcp:// beyond this machine: everybody who reaches it can watch and steer");
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
     app.add_option("--per-address", server.per_address,
                    "Of them from one address (default: 4, and any number from this machine)");

@@ -5,11 +5,11 @@
 #include <asio/io_context.hpp>
 #include <nlohmann/json.hpp>
 
+#include <netinet/tcp.h>
+
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <cstdio>
-#include <string_view>
 #include <utility>
 
 namespace equistream::serve {
@@ -21,6 +21,13 @@ constexpr std::chrono::milliseconds before_retry{100};
 
 /// Where more come than are let in a second.
 constexpr std::chrono::milliseconds between_connections{10};
+
+/// Those that have not shown yet that they know the secret: how many at a time, and for how long.
+constexpr std::ptrdiff_t most_arriving = 64, most_arriving_from_one = 16;
+constexpr std::chrono::seconds arriving_patience{10};
+
+/// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
+constexpr int max_unsent_bytes = 1 << 17;
 
 /// Of viewers from one address, but for this machine's.
 constexpr int default_per_address = 4;
@@ -38,7 +45,7 @@ std::string left_out_text(std::int64_t lines) {
 
 /// "127.0.0.1:51234"
 std::string peer_text(const asio::ip::tcp::endpoint& peer) {
-    return url_of(peer).substr(sizeof "tcp://" - 1);
+    return address_of(peer).text().substr(sizeof "tcp://" - 1);
 }
 
 void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json& json) {
@@ -59,12 +66,19 @@ asio::ip::address counted_address(const asio::ip::address& peer) {
     return asio::ip::address_v6(bytes);
 }
 
-Server::Server(asio::ip::tcp::acceptor acceptor, Programme& programme, const ServerSettings& settings)
-    : acceptor_(std::move(acceptor)), pause_(acceptor_.get_executor()), programme_(programme), settings_(settings) {}
+struct Server::Arrival {
+    std::unique_ptr<Wire> wire;
+    asio::steady_timer patience;
+    asio::ip::address from;
+    std::string address;
+};
+
+Server::Server(Door door, Programme& programme, const ServerSettings& settings)
+    : door_(std::move(door)), pause_(door_.acceptor.get_executor()), programme_(programme), settings_(settings) {}
 
 void Server::accept() {
-    acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
-        if (!acceptor_.is_open())
+    door_.acceptor.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
+        if (!door_.acceptor.is_open())
             return;
         if (error) {
             tell({"could not be let in", 0, "an address unknown", 0, error.message()});
@@ -85,7 +99,7 @@ void Server::accept_in_time() {
 void Server::accept_after(Clock::duration pause) {
     pause_.expires_after(pause);
     pause_.async_wait([this](const asio::error_code& cancelled) {
-        if (!cancelled && acceptor_.is_open())
+        if (!cancelled && door_.acceptor.is_open())
             accept_in_time();
     });
 }
@@ -116,15 +130,48 @@ void Server::welcome(asio::ip::tcp::socket socket) {
     const asio::ip::address peer = unmapped(endpoint.address());
     if (const std::string why = refusal(peer); !why.empty())
         return refuse(address, why);
+    const auto from_there = std::ranges::count_if(
+        arrivals_, [&](const auto& other) { return counted_address(other->from) == counted_address(peer); });
+    if (std::ssize(arrivals_) >= most_arriving || (!peer.is_loopback() && from_there >= most_arriving_from_one))
+        return refuse(address, std::to_string(arrivals_.size()) + " are arriving already");
+    set_patience(socket, settings_.patience_s);
+    setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
+    auto wire = door_.context ? tls_wire(std::move(socket), door_.context, true) : tcp_wire(std::move(socket));
+    arrive(std::make_shared<Arrival>(
+        Arrival{std::move(wire), asio::steady_timer(door_.acceptor.get_executor()), peer, address}));
+}
+
+void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
+    arrivals_.insert(arrival);
+    arrival->patience.expires_after(arriving_patience);
+    arrival->patience.async_wait([arrival](const asio::error_code& cancelled) {
+        if (!cancelled)
+            arrival->wire->close();
+    });
+    arrival->wire->open([this, arrival](const asio::error_code& error) {
+        arrival->patience.cancel();
+        if (arrivals_.erase(arrival) == 0)  // the server has ended meanwhile
+            return;
+        if (error)
+            return refuse(arrival->address, "it does not know the secret (" + error.message() + ")");
+        let_in(*arrival);
+    });
+}
+
+void Server::let_in(Arrival& arrival) {
+    if (const std::string why = refusal(arrival.from); !why.empty())  // others came while it arrived
+        return refuse(arrival.address, why);
     std::unique_ptr<Feed> feed;
     try {
         feed = programme_.open_feed();
     } catch (const std::exception& error) {  // the file has gone, or there is no room for one more
-        return refuse(address, error.what());
+        return refuse(arrival.address, error.what());
     }
     const int number = ++figures_.viewers;
-    const auto viewer = std::make_shared<Viewer>(std::move(socket), std::move(feed), settings_.patience_s);
-    viewers_.emplace(number, Guest{viewer, counted_address(peer)});
+    const std::string address = arrival.address;
+    const auto viewer = std::make_shared<Viewer>(arrival.patience.get_executor(), std::move(arrival.wire),
+                                                 std::move(feed), settings_.patience_s);
+    viewers_.emplace(number, Guest{viewer, counted_address(arrival.from)});
     tell({"came", number, address, 0, ""});
     viewer->start([this, number, address](const std::string& how, const std::string& detail) {
         count_out(number, address, how, detail);
@@ -167,7 +214,7 @@ void Server::wake() {
 
 void Server::stop_accepting() {
     asio::error_code ignored;
-    acceptor_.close(ignored);
+    door_.acceptor.close(ignored);
     pause_.cancel();
 }
 
@@ -180,6 +227,10 @@ void Server::stop() {
         guest.viewer->stop();
     }
     viewers_.clear();
+    for (const auto& arrival : std::exchange(arrivals_, {})) {
+        arrival->patience.cancel();
+        arrival->wire->close();
+    }
 }
 
 void log_event(cli::ProgressStyle style, const ViewerEvent& event) {
@@ -203,29 +254,14 @@ void log_note(cli::ProgressStyle style, const std::string& text) {
 
 using asio::ip::tcp;
 
-tcp::endpoint parse_listen_address(const std::string& url, const std::string& option) {
-    constexpr std::string_view scheme = "tcp://";
-    const auto require_right = [&](bool right) {
-        cli::require(right, option, "tcp://HOST:PORT with a port of 0 to 65535", "'" + url + "'");
-    };
-    const auto colon = url.rfind(':');
-    require_right(url.starts_with(scheme) && colon >= scheme.size());
-    std::uint16_t port = 0;
-    const char* const end = url.data() + url.size();
-    const auto [stop, not_a_port] = std::from_chars(url.data() + colon + 1, end, port);
-    require_right(not_a_port == std::errc() && stop == end);
-    std::string host = url.substr(scheme.size(), colon - scheme.size());
-    if (host.starts_with('[') && host.ends_with(']'))
-        host = host.substr(1, host.size() - 2);
-    else
-        require_right(host.find_first_of("/:[]") == std::string::npos);
-    if (host.empty())
-        return {asio::ip::address_v4::loopback(), port};
+tcp::endpoint resolve(const ServerAddress& address, const std::string& option) {
+    if (address.host.empty())
+        return {asio::ip::address_v4::loopback(), address.port};
     asio::io_context io;
     tcp::resolver resolver(io);
     asio::error_code error;
-    const auto found = resolver.resolve(host, std::to_string(port), tcp::resolver::passive, error);
-    cli::require(!error && !found.empty(), option + " " + url, "a host that is known here", error.message());
+    const auto found = resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
+    cli::require(!error && !found.empty(), option + " " + address.text(), "a host that is known here", error.message());
     return found.begin()->endpoint();
 }
 
@@ -237,13 +273,13 @@ tcp::acceptor bind_to(asio::io_context& io, const tcp::endpoint& address, const 
         acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error)
         acceptor.bind(address, error);
-    cli::require(!error, option + " " + url_of(address), "an address that is free and this machine's", error.message());
+    cli::require(!error, option + " " + address_of(address).text(), "an address that is free and this machine's",
+                 error.message());
     return acceptor;
 }
 
-std::string url_of(const tcp::endpoint& address) {
-    const std::string host = address.address().to_string();
-    return "tcp://" + (address.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(address.port());
+ServerAddress address_of(const tcp::endpoint& endpoint) {
+    return {.host = endpoint.address().to_string(), .port = endpoint.port()};
 }
 
 }  // namespace equistream::serve

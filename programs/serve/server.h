@@ -3,6 +3,7 @@
 #include "programmes.h"
 #include "viewer.h"
 
+#include <client/transport/address.h>
 #include <programs/cli/program.h>
 
 #include <asio/ip/tcp.hpp>
@@ -11,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -65,10 +67,16 @@ struct ServerFigures {
     std::int64_t bytes_sent = 0;
 };
 
+/// Where viewers come.
+struct Door {
+    asio::ip::tcp::acceptor acceptor;             ///< bound
+    std::shared_ptr<asio::ssl::context> context;  ///< of the secret by which they are encrypted; null: they are not
+};
+
 class Server {
 public:
-    /// `acceptor` listens; `programme` must outlive it.
-    Server(asio::ip::tcp::acceptor acceptor, Programme& programme, const ServerSettings& settings);
+    /// `door` listens; `programme` must outlive it.
+    Server(Door door, Programme& programme, const ServerSettings& settings);
 
     void start() { accept(); }
     /// There may be more to send to each.
@@ -84,6 +92,9 @@ private:
     void accept_in_time();
     void accept_after(Clock::duration pause);
     void welcome(asio::ip::tcp::socket socket);
+    struct Arrival;
+    void arrive(const std::shared_ptr<Arrival>& arrival);
+    void let_in(Arrival& arrival);
     void count_out(int number, const std::string& address, const std::string& how, const std::string& detail);
     /// Why one from there is not let in; empty: it is.
     std::string refusal(const asio::ip::address& peer) const;
@@ -95,27 +106,28 @@ private:
         asio::ip::address from;  ///< as limits count it
     };
 
-    asio::ip::tcp::acceptor acceptor_;
+    Door door_;
     asio::steady_timer pause_;
     Programme& programme_;
     ServerSettings settings_;
     ServerFigures figures_;
     std::map<int, Guest> viewers_;
+    std::set<std::shared_ptr<Arrival>> arrivals_;  ///< not agreed with yet
     RateLimit connections_{100, 500};  ///< what strangers may take of the processor; more wait in the system
     RateLimit lines_{20, 2};           ///< of the log
 };
 
-// Where the server listens: tcp://HOST:PORT.
+// Where the server listens.
 
-/// A host is a name, an IPv4 address or an IPv6 address in brackets; none means 127.0.0.1, port 0 any that is free.
-/// Throws InputError naming `option` for what is none of these, and for a host that is not known.
-asio::ip::tcp::endpoint parse_listen_address(const std::string& url, const std::string& option);
+/// Of tcp:// and tls://. A host is a name or an IP address; none means 127.0.0.1, port 0 any that is free. Throws
+/// InputError naming `option` for what is none of these, and for a host that is not known.
+asio::ip::tcp::endpoint resolve(const ServerAddress& address, const std::string& option);
 
 /// Bound, not yet listening. Throws InputError where the address is taken or not this machine's.
 asio::ip::tcp::acceptor bind_to(asio::io_context& io, const asio::ip::tcp::endpoint& address,
                                 const std::string& option);
 
-/// "tcp://127.0.0.1:9000"
-std::string url_of(const asio::ip::tcp::endpoint& address);
+/// With this endpoint's host and port.
+ServerAddress address_of(const asio::ip::tcp::endpoint& endpoint);
 
 }  // namespace equistream::serve

@@ -2,12 +2,10 @@
 
 #include <equistream/text.h>
 
-#include <asio/buffer.hpp>
+#include <asio/error.hpp>
 
-#include <netinet/tcp.h>
-
-#include <algorithm>
 #include <span>
+#include <utility>
 
 namespace equistream::serve {
 
@@ -20,28 +18,15 @@ constexpr double received_bytes_per_second = 65536;
 /// itself.
 constexpr int looks = 4;
 
-/// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
-constexpr int max_unsent_bytes = 1 << 17;
-
 }  // namespace
 
-Viewer::Viewer(asio::ip::tcp::socket socket, std::unique_ptr<Feed> feed, double patience_s)
-    : socket_(std::move(socket)), due_(socket_.get_executor()), watch_(socket_.get_executor()),
-      listening_(socket_.get_executor()), feed_(std::move(feed)), patience_s_(patience_s) {}
+Viewer::Viewer(const asio::any_io_executor& executor, std::unique_ptr<Wire> wire, std::unique_ptr<Feed> feed,
+               double patience_s)
+    : wire_(std::move(wire)), due_(executor), watch_(executor), listening_(executor), feed_(std::move(feed)),
+      patience_s_(patience_s) {}
 
 void Viewer::start(Gone gone) {
     gone_ = std::move(gone);
-    asio::error_code ignored;
-    socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-    // Of a machine that has vanished the system would otherwise go on hoping for a quarter of an hour; while there is
-    // nothing to send, for two hours.
-    const auto patience_ms = unsigned(patience_s_ * 1000);
-    const int idle_s = std::clamp(int(patience_s_ / looks), 1, 3600);
-    socket_.set_option(asio::socket_base::keep_alive(true), ignored);
-    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
-    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_KEEPINTVL, &idle_s, sizeof idle_s);
-    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
-    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
     start_ = Clock::now();
     receive();
     watch();
@@ -53,8 +38,7 @@ void Viewer::stop() {
     due_.cancel();
     watch_.cancel();
     listening_.cancel();
-    asio::error_code ignored;
-    socket_.close(ignored);
+    wire_->close();
     feed_.reset();
 }
 
@@ -89,19 +73,19 @@ void Viewer::wait_for(double time_s) {
 }
 
 void Viewer::write(std::size_t begin, std::size_t end) {
-    socket_.async_write_some(asio::buffer(block_.data() + begin, end - begin),
-                             [self = shared_from_this(), begin, end](const asio::error_code& error, std::size_t count) {
-                                 if (self->is_gone_)
-                                     return;
-                                 self->idle_looks_ = 0;
-                                 self->bytes_sent_ += std::int64_t(count);
-                                 if (error)
-                                     return self->leave_with(error);
-                                 if (begin + count < end)
-                                     return self->write(begin + count, end);
-                                 self->sends_ = false;
-                                 self->send_due();
-                             });
+    wire_->write_some(std::span(block_).subspan(begin, end - begin),
+                      [self = shared_from_this(), begin, end](const asio::error_code& error, std::size_t count) {
+                          if (self->is_gone_)
+                              return;
+                          self->idle_looks_ = 0;
+                          self->bytes_sent_ += std::int64_t(count);
+                          if (error)
+                              return self->leave_with(error);
+                          if (begin + count < end)
+                              return self->write(begin + count, end);
+                          self->sends_ = false;
+                          self->send_due();
+                      });
 }
 
 void Viewer::watch() {
@@ -122,25 +106,24 @@ void Viewer::watch() {
 }
 
 void Viewer::receive() {
-    socket_.async_read_some(asio::buffer(received_),
-                            [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
-                                if (self->is_gone_)
-                                    return;
-                                if (error && error != asio::error::eof)
-                                    return self->leave_with(error);
-                                if (error) {  // whoever has said all may still be listening
-                                    self->has_ended_ = true;
-                                    if (self->has_all_)
-                                        self->leave("has all");
-                                    return;
-                                }
-                                self->feed_->hear(std::span(self->received_).first(count));
-                                self->listening_.expires_after(in_clock(double(count) / received_bytes_per_second));
-                                self->listening_.async_wait([self](const asio::error_code& cancelled) {
-                                    if (!cancelled && !self->is_gone_)
-                                        self->receive();
-                                });
-                            });
+    wire_->read_some(received_, [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+        if (self->is_gone_)
+            return;
+        if (error && error != asio::error::eof)
+            return self->leave_with(error);
+        if (error) {  // whoever has said all may still be listening
+            self->has_ended_ = true;
+            if (self->has_all_)
+                self->leave("has all");
+            return;
+        }
+        self->feed_->hear(std::span(self->received_).first(count));
+        self->listening_.expires_after(in_clock(double(count) / received_bytes_per_second));
+        self->listening_.async_wait([self](const asio::error_code& cancelled) {
+            if (!cancelled && !self->is_gone_)
+                self->receive();
+        });
+    });
 }
 
 /// Closing while something the viewer sent is unread would take back what it has not read yet: it goes first.
@@ -149,8 +132,7 @@ void Viewer::finish() {
     idle_looks_ = 0;
     if (has_ended_)
         return leave("has all");
-    asio::error_code ignored;
-    socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+    wire_->end_writing();
 }
 
 void Viewer::leave_with(const asio::error_code& error) {

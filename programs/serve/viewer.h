@@ -3,9 +3,9 @@
 /// viewer sends at a bounded rate, and gives up on a viewer that does not read, or not fast enough.
 #include "programmes.h"
 
+#include <client/transport/wire.h>
 #include <equistream/elapsed.h>
 
-#include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 
 #include <array>
@@ -25,7 +25,9 @@ public:
     /// How it went: "left", "has all", "dropped", ..., and details where there are some.
     using Gone = std::function<void(const std::string& how, const std::string& detail)>;
 
-    Viewer(asio::ip::tcp::socket socket, std::unique_ptr<Feed> feed, double patience_s);
+    /// `wire` is open.
+    Viewer(const asio::any_io_executor& executor, std::unique_ptr<Wire> wire, std::unique_ptr<Feed> feed,
+           double patience_s);
 
     /// Sends from now on; `gone` is called once, when the connection has been closed.
     void start(Gone gone);
@@ -46,7 +48,7 @@ private:
     void leave_with(const asio::error_code& error);
     void drop_idle();
 
-    asio::ip::tcp::socket socket_;
+    std::unique_ptr<Wire> wire_;
     asio::steady_timer due_, watch_, listening_;
     std::unique_ptr<Feed> feed_;
     double patience_s_;

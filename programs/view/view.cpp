@@ -144,6 +144,7 @@ void run(Arguments& arguments, const cli::CommandLine& app) {
     }
     if (arguments.settings.source.empty())
         throw InputError("expected a stream or a folder to show, found none");
+    cli::hide_secret(arguments.settings.source);
     complete(arguments, app);
     Viewer viewer(arguments.settings);
     const ViewerReport report = viewer.run();

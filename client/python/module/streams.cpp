@@ -1,6 +1,8 @@
 #include "bindings.h"
 
 #include <client/receive/receive.h>
+#include <client/transport/address.h>
+#include <client/transport/server_connection.h>
 #include <equistream/stream.h>
 #include <equistream/text.h>
 
@@ -57,7 +59,8 @@ public:
     explicit Stream(const std::string& source) {
         waiting_.run([&] {
             reader_ = std::make_unique<StreamReader>(
-                source, StreamReadOptions{.rgb = true, .pq = true, .interrupted = waiting_.question()});
+                without_secrets(source),
+                connected(source, {.rgb = true, .pq = true, .interrupted = waiting_.question()}));
         });
         container_ = reader_->container();
         tracks_ = reader_->tracks();

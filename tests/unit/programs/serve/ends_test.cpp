@@ -52,7 +52,8 @@ TEST(Viewers, GetWholeBlocksWhereATimeComesWhileOneIsSent) {
     served.set_option(asio::socket_base::send_buffer_size(4096));
 
     std::string how;
-    const auto viewer = std::make_shared<Viewer>(std::move(served), std::make_unique<Letters>(0.2), 60);
+    const auto viewer =
+        std::make_shared<Viewer>(io.get_executor(), tcp_wire(std::move(served)), std::make_unique<Letters>(0.2), 60);
     viewer->start([&](const std::string& as, const std::string&) { how = as; });
     viewer->wake();
     io.run_for(std::chrono::milliseconds(500));  // nobody reads: a block is on its way when the time comes

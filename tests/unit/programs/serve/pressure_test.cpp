@@ -69,13 +69,51 @@ TEST_F(Serving, AFloodOfConnectionsSpoilsNeitherAViewersStreamNorTheLog) {
 
 TEST_F(Serving, SaysWhoCanComeToIt) {
     record("a.mkv");
-    {
-        Server server({path("a.mkv"), "--listen", "tcp://0.0.0.0:0"}, place());
-        ASSERT_TRUE(comes_true([&] { return server.lines_with("there is no password and no encryption") == 1; }));
+    for (const auto& [listen, said] : {std::pair("tcp://0.0.0.0:0", "there is no secret and no encryption"),
+                                       std::pair("tls://0.0.0.0:0", "whoever knows the secret and reaches tls://")}) {
+        Server server({path("a.mkv"), "--listen", listen, "--open"}, place());
+        ASSERT_TRUE(comes_true([&] { return server.lines_with(said) == 1; })) << listen;
     }
     Server server(arguments("a.mkv"), place());
     server.url();
     EXPECT_EQ(server.log(), "");
+}
+
+TEST_F(Serving, OverTlsWhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
+    record("a.mkv");
+    Server server({path("a.mkv"), "--listen", "tls://:0"}, place());
+    const std::string url = server.url();
+    const auto at = url.find('@');
+    ASSERT_NE(at, std::string::npos) << url;
+    const std::string scheme = "tls://", secret = url.substr(scheme.size(), at - scheme.size());
+    const Ran of_url = run("info --json " + url);
+    ASSERT_EQ(of_url.status, 0) << of_url.errors;
+    const nlohmann::json json = nlohmann::json::parse(of_url.output);
+    EXPECT_TRUE(json.at("whole"));
+    EXPECT_EQ(of_url.output.find(secret), std::string::npos) << of_url.output;
+
+    const std::string bare = scheme + url.substr(at + 1);
+    expect_failure(run("info " + bare), 2, "expected the server's secret");
+    expect_failure(run("info " + scheme + "not-the-right-secret@" + url.substr(at + 1)), 2,
+                   bare + ": expected a server that knows the secret");
+    Viewer plain(server.port());
+    EXPECT_EQ(send(plain.handle(), "GET / HTTP/1.1\r\n\r\n", 18, MSG_NOSIGNAL), 18);
+    EXPECT_LT(plain.read().size(), 64u) << "an alert at most";
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: it does not know the secret") == 2; }));
+    EXPECT_EQ(server.end_by(SIGTERM), 0);
+    EXPECT_EQ(server.log().find(secret), std::string::npos);
+}
+
+TEST_F(Serving, ASecretIsKeptInAFile) {
+    record("a.mkv");
+    const std::string file = path("secret");
+    Server server({path("a.mkv"), "--listen", "tls://:0", "--secret-file", file}, place());
+    const std::string url = server.url();
+    std::string secret = text_of(file);
+    ASSERT_EQ(secret.size(), 27u);
+    secret.pop_back();
+    EXPECT_EQ(url.find(secret), std::string::npos);
+    EXPECT_EQ(run_line("EQUISTREAM_SECRET=" + secret + " " EQUISTREAM_BIN "/equistream-info " + url).status, 0);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 /// A server that does not answer, or says nothing, is given up in time, and the reason is told. Tiles that a server
 /// sends while they are looked at.
-#include <client/receive/server_connection.h>
+#include <client/receive/receive.h>
+#include <client/transport/server_connection.h>
 #include <client/warp/engine.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 #include <tests/unit/silent_server.h>
@@ -63,14 +64,14 @@ TEST(ServerConnections, AServerThatDoesNotAnswerIsGivenUp) {
     SilentServer server(0);
     server.fill_up(0);
     PoseSender poses;
-    EXPECT_EQ(failure_of([&] { ServerConnection(server.address(), poses, {}, impatient); }),
+    EXPECT_EQ(failure_of([&] { ServerConnection(server.address(), &poses, {}, impatient); }),
               server.address() + ": the server did not answer for 0.3 s");
 }
 
 TEST(ServerConnections, AServerThatSaysNothingIsGivenUp) {
     SilentServer server;
     PoseSender poses;
-    ServerConnection connection(server.address(), poses, {}, impatient);
+    ServerConnection connection(server.address(), &poses, {}, impatient);
     std::array<std::uint8_t, 16> bytes{};
     EXPECT_EQ(failure_of([&] { connection.read(bytes); }), "the server sent nothing for 0.4 s");
     EXPECT_EQ(connection.read(bytes), 0u) << "it stays so";
@@ -79,7 +80,7 @@ TEST(ServerConnections, AServerThatSaysNothingIsGivenUp) {
 TEST(ServerConnections, AServerThatFallsSilentIsGivenUp) {
     SilentServer server;
     PoseSender poses;
-    ServerConnection connection(server.address(), poses, {}, impatient);
+    ServerConnection connection(server.address(), &poses, {}, impatient);
     server.send("all");
     std::array<std::uint8_t, 16> bytes{};
     EXPECT_EQ(connection.read(bytes), 3u);
@@ -89,7 +90,7 @@ TEST(ServerConnections, AServerThatFallsSilentIsGivenUp) {
 TEST(ServerConnections, WhoeverReadsSeldomDoesNotCallTheServerSilent) {
     SilentServer server;
     PoseSender poses;
-    ServerConnection connection(server.address(), poses, {}, impatient);
+    ServerConnection connection(server.address(), &poses, {}, impatient);
     server.send("all");
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
     std::array<std::uint8_t, 2> bytes{};
@@ -109,7 +110,7 @@ TEST(ServerConnections, AServerThatIsNeverSilentIsGivenUpWhereNoFrameComesInTime
     EXPECT_EQ(failure_of([&] { open_feed(server.address(), options)->next(); }), expected);
     sending.join();
     sending = std::thread([&] { server.trickle(std::string(200, '\xec'), std::chrono::milliseconds(20)); });
-    options.poses = nullptr;  // libav connects
+    options.poses = nullptr;
     EXPECT_EQ(failure_of([&] { open_feed(server.address(), options)->next(); }), expected);
     sending.join();
 }
@@ -118,7 +119,7 @@ TEST(ServerConnections, AServerThatIsNeverSilentIsGivenUpWhereNoFrameComesInTime
 TEST(ServerConnections, HeadsMayBeSentWhileTheServerIsGivenUp) {
     SilentServer server;
     PoseSender poses;
-    ServerConnection connection(server.address(), poses, {}, impatient);
+    ServerConnection connection(server.address(), &poses, {}, impatient);
     std::atomic<bool> is_over = false;
     std::thread sending([&] {
         for (double x_m = 0; !is_over; x_m += 1e-3) {

@@ -1,0 +1,34 @@
+#pragma once
+/// Where a server is and how it is spoken to: tcp://HOST:PORT, or tls://SECRET@HOST:PORT.
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace equistream {
+
+struct ServerAddress {
+    bool encrypted = false;
+    std::string
+        host{};  ///< a name, an IPv4 address, or an IPv6 address without brackets; may be empty where one listens
+    std::uint16_t port = 0;
+    std::string secret{};  ///< as the address says it; empty: it says none
+
+    /// "tls://HOST:PORT": the secret is left out.
+    std::string text() const;
+    /// The same with the secret, for those who may come.
+    std::string text_with_secret() const;
+};
+
+/// Where clients and servers find a secret that no address and no option says.
+inline constexpr const char* secret_variable = "EQUISTREAM_SECRET";
+
+/// Nothing for what is no such address. tcp:// has no secret.
+std::optional<ServerAddress> parse_server_address(const std::string& source);
+
+/// Whether it says that it is one: it begins with tcp:// or tls://.
+bool names_server(const std::string& source);
+
+/// The text with "***" for every secret in an address of it.
+std::string without_secrets(std::string text);
+
+}  // namespace equistream

@@ -1,0 +1,270 @@
+#include "server_connection.h"
+
+#include "address.h"
+#include "secret.h"
+#include "wire.h"
+
+#include <equistream/error.h>
+#include <equistream/text.h>
+
+#include <asio/connect.hpp>
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <cstdlib>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+using asio::ip::tcp;
+
+namespace {
+
+constexpr std::chrono::milliseconds between_questions{50};
+
+/// Of what has arrived and was not read yet; more waits with the server.
+constexpr std::size_t most_kept_bytes = 1 << 18;
+
+/// What the caller is to throw.
+struct Problem {
+    std::string expected, found;
+};
+
+std::shared_ptr<asio::ssl::context> context_for(const ServerAddress& address) {
+    if (!address.encrypted)
+        return nullptr;
+    const char* const variable = std::getenv(secret_variable);
+    const std::string secret = address.secret.empty() && variable != nullptr ? variable : address.secret;
+    const std::string where = address.text();
+    if (secret.empty())
+        throw InputError(expected_found(
+            where, std::string("the server's secret: tls://SECRET@HOST:PORT, or ") + secret_variable, "none"));
+    require_secret(secret, where);
+    return secret_context(secret, TlsRole::client);
+}
+
+}  // namespace
+
+/// The thread and what it shares.
+class ServerConnection::Line {
+public:
+    enum class Waited { done, interrupted, too_long };
+
+    Line(const ServerAddress& address, double silence_s)
+        : context_(context_for(address)), silence_s_(silence_s), thread_([this] { io_.run(); }) {
+        asio::post(io_, [this, address] { resolve(address); });
+    }
+    ~Line() {
+        io_.stop();
+        thread_.join();
+    }
+
+    Waited wait_until_open(double limit_s, const std::function<bool()>& interrupted) {
+        return wait([this] { return is_open_ || problem_; }, limit_s, interrupted);
+    }
+    Waited wait_for_bytes(double limit_s, const std::function<bool()>& interrupted) {
+        return wait([this] { return has_ended_ || begin_ < arrived_.size(); }, limit_s, interrupted);
+    }
+    const std::optional<Problem>& problem() const { return problem_; }  // once it is open, or cannot be
+
+    /// None: they have ended.
+    std::size_t take(std::span<std::uint8_t> bytes) {
+        const std::lock_guard lock(mutex_);
+        const std::size_t count = std::min(bytes.size(), arrived_.size() - begin_);
+        std::copy_n(arrived_.begin() + std::ptrdiff_t(begin_), count, bytes.begin());
+        begin_ += count;
+        if (begin_ == arrived_.size()) {
+            arrived_.clear();
+            begin_ = 0;
+        }
+        if (is_full_ && arrived_.empty()) {
+            is_full_ = false;
+            asio::post(io_, [this] { read(); });
+        }
+        return count;
+    }
+
+    bool send(std::span<const std::uint8_t> bytes) {
+        const std::lock_guard lock(mutex_);
+        if (!is_open_ || has_ended_ || !unsent_.empty())
+            return false;
+        unsent_.assign(bytes.begin(), bytes.end());
+        asio::post(io_, [this] { write(0); });
+        return true;
+    }
+
+private:
+    template <typename Done>
+    Waited wait(Done is_done, double limit_s, const std::function<bool()>& interrupted) {
+        const auto start = Clock::now();
+        while (true) {
+            {
+                std::unique_lock lock(mutex_);
+                if (changed_.wait_for(lock, between_questions, is_done))
+                    return Waited::done;
+            }
+            if (interrupted && interrupted())
+                return Waited::interrupted;
+            if (seconds_since(start) > limit_s)
+                return Waited::too_long;
+        }
+    }
+
+    // From here on in the thread.
+
+    void resolve(const ServerAddress& address) {
+        resolver_.async_resolve(address.host, std::to_string(address.port),
+                                [this](const asio::error_code& error, const tcp::resolver::results_type& found) {
+                                    if (error)
+                                        return fail("a server", error);
+                                    connect(found);
+                                });
+    }
+    void connect(const tcp::resolver::results_type& found) {
+        asio::async_connect(socket_, found, [this](const asio::error_code& error, const tcp::endpoint&) {
+            if (error)
+                return fail("a server", error);
+            set_patience(socket_, silence_s_);
+            wire_ = context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_));
+            wire_->open([this](const asio::error_code& refused) {
+                if (refused)
+                    return fail("a server that knows the secret", refused);
+                change([this] { is_open_ = true; });
+                read();
+            });
+        });
+    }
+    void fail(const std::string& expected, const asio::error_code& error) {
+        change([&] { problem_ = {expected, error.message()}; });
+    }
+    void read() {
+        wire_->read_some(chunk_, [this](const asio::error_code& error, std::size_t count) {
+            bool more = false;
+            change([&] {
+                arrived_.insert(arrived_.end(), chunk_.begin(), chunk_.begin() + std::ptrdiff_t(count));
+                has_ended_ = bool(error);
+                is_full_ = !error && arrived_.size() >= most_kept_bytes;
+                more = !has_ended_ && !is_full_;
+            });
+            if (more)
+                read();
+        });
+    }
+    /// What is sent stays as it is until it has gone.
+    void write(std::size_t begin) {
+        const std::span rest = std::span(unsent_).subspan(begin);
+        wire_->write_some(std::span(reinterpret_cast<const char*>(rest.data()), rest.size()),
+                          [this, begin](const asio::error_code& error, std::size_t count) {
+                              if (error || begin + count == unsent_.size())
+                                  change([this] { unsent_.clear(); });
+                              else
+                                  write(begin + count);
+                          });
+    }
+    template <typename Change>
+    void change(Change what) {
+        {
+            const std::lock_guard lock(mutex_);
+            what();
+        }
+        changed_.notify_all();
+    }
+
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool is_open_ = false, has_ended_ = false, is_full_ = false;
+    std::optional<Problem> problem_;
+    std::vector<char> arrived_;  // read up to begin_
+    std::size_t begin_ = 0;
+    std::vector<std::uint8_t> unsent_;  // not empty: the thread is sending it
+
+    std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
+    double silence_s_;
+    asio::io_context io_{1};
+    asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+    tcp::resolver resolver_{io_};
+    tcp::socket socket_{io_};
+    std::unique_ptr<Wire> wire_;
+    std::array<char, 1 << 16> chunk_{};
+    std::thread thread_;  // last: it begins when all else is there
+};
+
+ServerConnection::ServerConnection(const std::string& address, PoseSender* poses, std::function<bool()> interrupted,
+                                   const Patience& patience)
+    : poses_(poses), interrupted_(std::move(interrupted)), patience_(patience) {
+    const auto server = parse_server_address(address);
+    if (!server || server->host.empty() || server->port == 0)
+        throw InputError(expected_found(without_secrets(address),
+                                        "tcp://HOST:PORT with a port of 1 to 65535, or tls:// so", "another address"));
+    line_ = std::make_unique<Line>(*server, patience_.silence_s);
+    switch (line_->wait_until_open(patience_.connect_s, interrupted_)) {
+    case Line::Waited::too_long:
+        throw WorkError(
+            formatted("%s: the server did not answer for %g s", server->text().c_str(), patience_.connect_s));
+    case Line::Waited::interrupted:
+        give_up();
+        return;
+    case Line::Waited::done:
+        break;
+    }
+    if (const auto& problem = line_->problem())
+        throw InputError(expected_found(server->text(), problem->expected, problem->found));
+    if (poses_ != nullptr)
+        poses_->use([this](std::span<const std::uint8_t> bytes) { return line_->send(bytes); });
+}
+
+ServerConnection::~ServerConnection() {
+    if (poses_ != nullptr)
+        poses_->use(nullptr);
+}
+
+/// Nobody sends any more when it returns.
+void ServerConnection::give_up() {
+    if (poses_ != nullptr)
+        poses_->use(nullptr);
+    line_.reset();
+    has_ended_ = true;
+}
+
+std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
+    // libav reads on beyond an end.
+    if (has_ended_)
+        return 0;
+    // Bytes that nothing can be made of may come without a pause: then nothing below ever waits.
+    if (interrupted_ && interrupted_()) {
+        has_ended_ = true;
+        return 0;
+    }
+    const double limit_s = has_sent_ ? patience_.silence_s : patience_.first_bytes_s;
+    switch (line_->wait_for_bytes(limit_s, interrupted_)) {
+    case Line::Waited::too_long:
+        give_up();
+        throw WorkError(formatted("the server sent nothing for %g s", limit_s));
+    case Line::Waited::interrupted:
+        give_up();
+        return 0;
+    case Line::Waited::done:
+        break;
+    }
+    has_sent_ = true;
+    const std::size_t count = line_->take(bytes);
+    has_ended_ = count == 0;
+    return count;
+}
+
+StreamReadOptions connected(const std::string& source, StreamReadOptions options, PoseSender* poses) {
+    if (!names_server(source))
+        return options;
+    const auto connection = std::make_shared<ServerConnection>(source, poses, options.interrupted);
+    options.read = [connection](std::span<std::uint8_t> bytes) { return connection->read(bytes); };
+    return options;
+}
+
+}  // namespace equistream

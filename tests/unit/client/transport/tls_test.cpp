@@ -1,0 +1,210 @@
+/// Addresses, secrets, and connections that are encrypted by them.
+#include <client/transport/address.h>
+#include <client/transport/secret.h>
+#include <client/transport/server_connection.h>
+#include <client/transport/wire.h>
+#include <tests/unit/plugin/stream/synthetic.h>
+
+#include <equistream/error.h>
+#include <equistream/viewer_message.h>
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <gtest/gtest.h>
+
+#include <openssl/evp.h>
+#include <openssl/ssl.h>
+#include <openssl/x509.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace equistream::test {
+namespace {
+
+const std::string secret = "a-secret-of-enough-letters";
+
+TEST(ServerAddresses, AreReadAsTheyAreWritten) {
+    const auto address = parse_server_address("tls://" + secret + "@[2001:db8::5]:9000").value();
+    EXPECT_TRUE(address.encrypted);
+    EXPECT_EQ(address.host, "2001:db8::5");
+    EXPECT_EQ(address.port, 9000);
+    EXPECT_EQ(address.secret, secret);
+    EXPECT_EQ(address.text(), "tls://[2001:db8::5]:9000");
+    EXPECT_EQ(address.text_with_secret(), "tls://" + secret + "@[2001:db8::5]:9000");
+    EXPECT_EQ(parse_server_address("tcp://:0").value().text(), "tcp://:0");
+    EXPECT_EQ(parse_server_address("tls://host:1").value().text_with_secret(), "tls://host:1");
+    for (const char* bad : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0",
+                            "tcp://[::1:9000", "tcp://secret@host:1", "tls://secret@:", "tls://a/b:1", ""})
+        EXPECT_FALSE(parse_server_address(bad)) << bad;
+}
+
+TEST(ServerAddresses, KeepTheirSecretsToThemselves) {
+    EXPECT_EQ(without_secrets("view tls://abc@host:1 --x 'tls://d@e@host:2' a@b tls://host:3 tcp://h:4"),
+              "view tls://***@host:1 --x 'tls://***@host:2' a@b tls://host:3 tcp://h:4");
+    EXPECT_EQ(without_secrets("tls://"), "tls://");
+}
+
+TEST(Secrets, AreMadeOnceAndForTheirOwnerAlone) {
+    const synthetic::Folder folder;
+    const auto file = folder / "secret";
+    const std::string made = read_or_make_secret(file);
+    EXPECT_EQ(made.size(), 26u);
+    EXPECT_NE(make_secret(), made);
+    EXPECT_EQ(read_or_make_secret(file), made);
+    EXPECT_EQ(std::filesystem::status(file).permissions(),
+              std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+TEST(Secrets, ThatAreNoneAreRefused) {
+    const synthetic::Folder folder;
+    for (const std::string& bad : {std::string(), std::string(15, 'a'), std::string(129, 'a'), std::string(16, '@'),
+                                   std::string(16, ' '), std::string(16, '\xe4')}) {
+        std::ofstream(folder / "bad") << bad << '\n';
+        EXPECT_THROW(read_or_make_secret(folder / "bad"), InputError) << bad;
+    }
+    std::ofstream(folder / "empty");
+    EXPECT_THROW(read_or_make_secret(folder / "empty"), InputError);
+    EXPECT_THROW(read_or_make_secret(folder / "no/such/folder"), InputError);
+}
+
+/// Accepts one viewer, speaks with it by `context`, or plainly, and answers the first bytes that it says.
+class Answering {
+public:
+    Answering(std::shared_ptr<asio::ssl::context> context, std::string answer)
+        : context_(std::move(context)), answer_(std::move(answer)) {
+        acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
+            if (error)
+                return;
+            wire_ = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
+            wire_->open([this](const asio::error_code& refused) { agreed(refused); });
+        });
+        thread_ = std::thread([this] { io_.run(); });
+    }
+    ~Answering() {
+        work_.reset();
+        asio::post(io_, [this] {
+            acceptor_.close();
+            if (wire_)
+                wire_->close();
+        });
+        thread_.join();
+    }
+    std::string host_and_port() const { return "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()); }
+    std::future<std::string> heard() { return heard_.get_future(); }
+    std::future<bool> agreed_with() { return agreed_.get_future(); }
+
+private:
+    void agreed(const asio::error_code& refused) {
+        agreed_.set_value(!refused);
+        if (refused)
+            return wire_->close();
+        wire_->read_some(said_, [this](const asio::error_code& error, std::size_t count) {
+            if (error)
+                return;
+            heard_.set_value(std::string(said_.data(), count));
+            answer(0);
+        });
+    }
+    void answer(std::size_t begin) {
+        if (begin == answer_.size())
+            return wire_->end_writing();
+        wire_->write_some(std::span<const char>(answer_).subspan(begin),
+                          [this, begin](const asio::error_code& error, std::size_t count) {
+                              if (!error)
+                                  answer(begin + count);
+                          });
+    }
+
+    std::shared_ptr<asio::ssl::context> context_;
+    std::string answer_;
+    asio::io_context io_{1};
+    std::optional<asio::executor_work_guard<asio::io_context::executor_type>> work_{io_.get_executor()};
+    asio::ip::tcp::acceptor acceptor_{io_, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0)};
+    std::unique_ptr<Wire> wire_;
+    std::array<char, 256> said_{};
+    std::promise<std::string> heard_;
+    std::promise<bool> agreed_;
+    std::thread thread_;
+};
+
+/// Why a client with this secret is not let in; empty: it is.
+std::string refusal(const Answering& server, const std::string& its_secret) {
+    try {
+        const ServerConnection connection("tls://" + its_secret + "@" + server.host_and_port(), nullptr, {});
+        return {};
+    } catch (const InputError& error) {
+        EXPECT_EQ(std::string(error.what()).find(its_secret), std::string::npos) << error.what();
+        return error.what();
+    }
+}
+
+TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
+    std::string answer(1'000'000, ' ');
+    for (std::size_t i = 0; i < answer.size(); ++i)
+        answer[i] = char('a' + i % 23);
+    Answering server(secret_context(secret, TlsRole::server), answer);
+    PoseSender poses;
+    ServerConnection connection("tls://" + secret + "@" + server.host_and_port(), &poses, {});
+    EXPECT_TRUE(poses.send({1, {{1, 2, 3}, {1, 0, 0, 0}}}));
+    const std::string heard = server.heard().get();
+    ViewerMessageReader reader;
+    const auto pose = reader.take(std::vector<std::uint8_t>(heard.begin(), heard.end()));
+    ASSERT_TRUE(pose);
+    EXPECT_EQ(pose->head.position_m, glm::dvec3(1, 2, 3));
+    std::string got;
+    std::array<std::uint8_t, 5000> block{};
+    while (const std::size_t count = connection.read(block))
+        got.append(block.begin(), block.begin() + std::ptrdiff_t(count));
+    EXPECT_TRUE(got == answer) << got.size();
+}
+
+TEST(EncryptedConnections, TheEnvironmentMaySayTheSecret) {
+    Answering server(secret_context(secret, TlsRole::server), "all");
+    setenv(secret_variable, secret.c_str(), 1);
+    EXPECT_NO_THROW(ServerConnection("tls://" + server.host_and_port(), nullptr, {}));
+    unsetenv(secret_variable);
+    EXPECT_THROW(ServerConnection("tls://" + server.host_and_port(), nullptr, {}), InputError);
+}
+
+TEST(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
+    Answering server(secret_context(secret, TlsRole::server), "all");
+    auto agreed = server.agreed_with();
+    EXPECT_NE(refusal(server, "another-secret-of-enough").find("expected a server that knows the secret"),
+              std::string::npos);
+    EXPECT_FALSE(agreed.get());
+}
+
+TEST(EncryptedConnections, APlainServerIsRefused) {
+    Answering server(nullptr, "all");
+    EXPECT_NE(refusal(server, secret), "");
+}
+
+TEST(EncryptedConnections, ACertificateDoesNotStandInForTheSecret) {
+    const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
+    const std::unique_ptr<X509, decltype(&X509_free)> certificate(X509_new(), X509_free);
+    X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -3600);
+    X509_gmtime_adj(X509_getm_notAfter(certificate.get()), 3600);
+    X509_set_pubkey(certificate.get(), key.get());
+    X509_NAME_add_entry_by_txt(X509_get_subject_name(certificate.get()), "CN", MBSTRING_ASC,
+                               reinterpret_cast<const unsigned char*>("127.0.0.1"), -1, -1, 0);
+    X509_set_issuer_name(certificate.get(), X509_get_subject_name(certificate.get()));
+    ASSERT_GT(X509_sign(certificate.get(), key.get(), EVP_sha256()), 0);
+    const auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+    ASSERT_EQ(SSL_CTX_use_certificate(context->native_handle(), certificate.get()), 1);
+    ASSERT_EQ(SSL_CTX_use_PrivateKey(context->native_handle(), key.get()), 1);
+    Answering server(context, "all");
+    auto agreed = server.agreed_with();
+    EXPECT_NE(refusal(server, secret).find("certificate"), std::string::npos);
+    EXPECT_FALSE(agreed.get());
+}
+
+}  // namespace
+}  // namespace equistream::test
