@@ -23,6 +23,20 @@ public:
     Option with_default() const;
     Option with_default(const std::string& text) const;
     Option one_of(const std::vector<std::string>& words) const;
+    /// --help shows these words, or what these rows call `name`, and completion offers them. The program itself checks
+    /// what is given.
+    template <typename Words>
+    Option offers(const Words& words) const {
+        std::string set;
+        for (const auto& word : words) {
+            set += set.empty() ? "" : ",";
+            if constexpr (requires { word.name; })
+                set += word.name;
+            else
+                set += word;
+        }
+        return type_name("{" + set + "}");
+    }
     /// Both count as inside.
     template <typename Number>
     Option between(Number least, Number most) const;

@@ -33,6 +33,7 @@ inline constexpr std::array commands = {
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
     Command{"study", "equistream-study", "speed against accuracy of every method, on real scenes or bundled ones"},
     Command{"fit", "equistream-fit", "the least a scene needs for a wanted accuracy, as a settings file"},
+    Command{"doctor", "equistream-doctor", "say what is installed, what is missing and how to get it"},
 };
 
 // The known word that a mistyped one was probably meant to be.

@@ -132,6 +132,20 @@ std::vector<std::string> accepted_names(const CLI::App& app) {
     return names;
 }
 
+/// Two spaces at least stand between an option and what it means: CLI11 would leave one where the option just fits.
+class Columns : public CLI::Formatter {
+public:
+    std::string make_option(const CLI::Option* option, bool is_positional) const override {
+        std::string name = make_option_name(option, is_positional) + make_option_opts(option);
+        constexpr std::size_t margin = 2;
+        if (margin + name.size() + 1 == column_width_)
+            name += ' ';  // what is as long as the column gets a line of its own
+        std::ostringstream out;
+        CLI::detail::format_help(out, name, make_option_desc(option), column_width_);
+        return out.str();
+    }
+};
+
 // The file that --settings names.
 
 /// Reads lines of option = value as CLI11 does. Lines in the section of a command, [play] say, are that command's
@@ -205,6 +219,7 @@ int run_program(int argc, char** argv, const ProgramText& text,
     app.config_formatter(std::make_shared<SettingsFile>(app));
     app.allow_config_extras(CLI::config_extras_mode::error);
     app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
+    app.formatter(std::make_shared<Columns>());
     app.get_formatter()->column_width(34);
     CommandLine command_line(app);
     try {
@@ -286,7 +301,8 @@ Option add_progress_option(CommandLine& app, std::string& progress) {
     return app
         .add_option("--progress", progress,
                     "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
-        .with_default();
+        .with_default()
+        .offers(std::array{"auto", "json", "none"});
 }
 
 void hide_secret(std::string& source) {

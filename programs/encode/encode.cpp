@@ -8,6 +8,7 @@
 #include <programs/cli/provenance.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 namespace equistream {
@@ -143,8 +144,9 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         "bits",
         {"srgb", "pq"});
     cli::add_with_default(app, "--crf", request.settings.crf, "Quality: 0 (best) to 51");
-    cli::add_with_default(app, "--preset", request.settings.preset,
-                          "ultrafast, superfast, veryfast, faster, fast, medium, slow, slower, veryslow or placebo");
+    cli::add_with_default(app, "--preset", request.settings.preset, "The encoder's: the slower, the fewer bytes")
+        .offers(std::array{"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower",
+                           "veryslow", "placebo"});
     cli::add_with_default(app, "--gop", request.settings.gop, "Frames from one key frame to the next, 1 to 10000");
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         .one_of({"centre", "left", "right"});
@@ -161,7 +163,8 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     cli::add_with_default(
         app, "--depth", request.depth.code,
         "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
-        "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless");
+        "bound and --depth-share), or a code")
+        .offers(std::array{"none", "auto", "w8", "w10", "w12", "pece444", "pece420", "hue", "lossless"});
     app.add_option("--depth-share", request.depth.share,
                    "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
                    "again: above 0, at most 1 (default: 0.1; for depth up to 0.3 where that leaves less than 40 % of "

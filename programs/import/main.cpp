@@ -173,12 +173,13 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .required();
     app.add_option("--out", s.out, "Folder for centre/, left/, right/ or window/");
     app.add_flag("--dry-run", a->dry_run, "Only say what was found and what it is taken for");
-    cli::add_with_default(app, "--preset", s.preset,
-                          "Whose conventions: auto, none, cycles, luxcore, mitsuba, pbrt or equistream");
+    cli::add_with_default(app, "--preset", s.preset, "Whose conventions the frames follow")
+        .offers(std::array{"auto", "none", "cycles", "luxcore", "mitsuba", "pbrt", "equistream"});
     app.add_option("--channels", a->channels,
                    "PLANE=LAYER or PLANE=CHANNEL+CHANNEL..., between commas; PLANE=none leaves one out");
     app.add_option("--depth", a->depth,
-                   "radial (along the ray), planar (along the axis) or position (the point, camera space)");
+                   "radial (along the ray), planar (along the axis) or position (the point, camera space)")
+        .offers(std::array{"radial", "planar", "position"});
     app.add_option("--depth-scale", o.depth_scale_m, "Metres a unit of depth (default: 1)");
     app.add_option("--near", o.near_plane_m, "Metres along the axis by which depth was shortened");
     app.add_option("--miss", o.miss_value, "The value that means nothing was hit");
@@ -186,9 +187,11 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--backward", a->backward,
                    "Words between commas: to-previous or from-previous; pixels, normalised or ndc; y-down or y-up");
     app.add_option("--forward", a->forward, "The same with to-next or from-next");
-    app.add_option("--normals", a->normals, "world, camera (looking along -Z) or camera-z-forward");
+    app.add_option("--normals", a->normals, "world, camera (looking along -Z) or camera-z-forward")
+        .offers(std::array{"world", "camera", "camera-z-forward"});
     app.add_flag("--normals-encoded", a->encoded, "Normals are stored as (n + 1) / 2");
-    app.add_option("--camera", s.camera, "equirect or perspective (default: a sphere where the picture is 2:1)");
+    app.add_option("--camera", s.camera, "Of the pictures (default: a sphere where one is 2:1)")
+        .offers(std::array{"equirect", "perspective"});
     app.add_option("--range", a->range, "WEST,EAST,SOUTH,NORTH of an equirect picture, degrees");
     app.add_option("--fov", a->fov_deg, "Horizontal, degrees, of a perspective picture");
     app.add_option(
@@ -199,15 +202,17 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_flag("--mirrored", a->mirrored, "The sphere's longitude grows to the left");
     app.add_option("--forward-at", o.forward_at,
                    "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");
-    app.add_option("--up", a->up, "The source's world's up: y or z");
+    app.add_option("--up", a->up, "The source's world's up").offers(std::array{"y", "z"});
     app.add_option("--path", s.path, "CSV of the head's poses in the source's world");
     app.add_option("--fps", s.frames_per_second, "Frames a second (default: the files', else 30)");
-    cli::add_with_default(app, "--eye", a->eye, "centre, left or right, where the files do not say");
+    cli::add_with_default(app, "--eye", a->eye, "Whose pictures they are, where the files do not say")
+        .offers(std::array{"centre", "left", "right"});
     cli::add_with_default(app, "--ipd", s.info.ipd_m, "Metres between the eyes");
     cli::add_with_default(app, "--lean", s.info.head_radius_m, "Radius of the head box, metres");
-    cli::add_with_default(app, "--lock", a->lock, "path: the sphere turns with its camera; world: it does not");
-    cli::add_with_default(app, "--colour-space", s.colour_space,
-                          "auto (the files' chromaticities), rec709, rec2020, acescg or aces2065-1");
+    cli::add_with_default(app, "--lock", a->lock, "path: the sphere turns with its camera; world: it does not")
+        .offers(std::array{"path", "world"});
+    cli::add_with_default(app, "--colour-space", s.colour_space, "auto: by the files' chromaticities")
+        .offers(std::array{"auto", "rec709", "rec2020", "acescg", "aces2065-1"});
     cli::add_with_default(app, "--exposure", s.info.exposure, "Factor on radiance before the display transform");
     app.add_option("--denoise", a->denoise,
                    "Take the noise out of colour by Open Image Denoise (pip install pyoidn): quickly or well")

@@ -162,11 +162,14 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--head", settings.head,
                    "CSV of head poses; default: the pose each picture is tagged with. A server is told them, so "
                    "that a live one makes each frame for where the head will be then");
+    std::vector<std::string_view> methods = names_of(engine_stages());
+    methods.emplace_back("auto");
     app.add_option(
-        "--method", settings.method,
-        described(engine_stages()) +
-            ", or auto (what --budget-ms allows); default: eye-depth where the eyes' depth is known, mesh where the "
-            "source's alone is, else rotation");
+           "--method", settings.method,
+           described(engine_stages()) +
+               ", or auto (what --budget-ms allows); default: eye-depth where the eyes' depth is known, mesh where the "
+               "source's alone is, else rotation")
+        .offers(methods);
     app.add_option(
         "--budget-ms", settings.budget_ms,
         "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
@@ -174,9 +177,11 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::add_with_default(
         app, "--rechoose", arguments->rechoose,
         "For --method auto: on: a cheaper way is taken while frames run over the time, a more accurate one "
-        "again where there is room; off: the first choice stays");
+        "again where there is room; off: the first choice stays")
+        .offers(std::array{"on", "off"});
     app.add_option("--depth", settings.depth,
-                   described(depth_stages()) + "; default: ray with a scene, else what came, else none");
+                   described(depth_stages()) + "; default: ray with a scene, else what came, else none")
+        .offers(depth_stages());
     add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", settings.fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
@@ -188,14 +193,18 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         app, "--mirrors", arguments->mirrors,
         "Mirrors and glass whose picture moves otherwise than their surface, where the source tells of them: "
         "images (looked up where their image lies), gaps (opened, for --fill) or surface (shown as if "
-        "painted on it)");
+        "painted on it)")
+        .offers(mirror_treatment_names());
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
     arguments->hdr.add_to(app);
     cli::add_with_default(app, "--layout", arguments->layout,
-                          "files: left and right; sbs: both eyes side by side; anaglyph: for red and cyan glasses");
-    app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
-    cli::add_with_default(app, "--format", arguments->format, "png, exr (linear, scene-referred) or mp4");
+                          "files: left and right; sbs: both eyes side by side; anaglyph: for red and cyan glasses")
+        .offers(play::layout_names);
+    app.add_option("--anaglyph", arguments->anaglyph, "Colours for red and cyan glasses (default: dubois)")
+        .offers(anaglyphs());
+    cli::add_with_default(app, "--format", arguments->format, "Of the pictures; exr: linear, scene-referred")
+        .offers(play::format_names);
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");
     cli::add_with_default(app, "--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame");
     app.add_option(

@@ -312,7 +312,7 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
         return app.add_option(name, value, text).group(option_group);
     };
     LiveSettings& s = o.settings;
-    add("--host", o.host, "Renderer: " + cli::host_names()).with_default();
+    add("--host", o.host, "Renderer").with_default().offers(cli::hosts);
     add("--size", o.size, "Of the spheres, WxH").with_default();
     add("--window", o.window,
         "W x H degrees of a denser sphere, as render does, around the gaze of the viewer that steers "
@@ -328,7 +328,7 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--rate", s.spheres_per_s, "Spheres a second to keep up with; more where there is time").with_default();
     add("--path", o.path, "Path (CSV) of the head until a viewer moves, instead of the scene's");
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
-    add("--depth", o.depth, "auto, or none: no track of depth").with_default();
+    add("--depth", o.depth, "auto, or none: no track of depth").with_default().offers(std::array{"auto", "none"});
     add("--crf", s.coding.crf, "Quality: 0 (best) to 51").with_default();
     add("--preset", s.coding.preset, "The encoder's, as in encode").with_default();
     add("--out", s.coding.out, "File (.mkv) that gets the bytes of a viewer that is there from the beginning");

@@ -9,12 +9,13 @@ where it stopped. Renders, streams and views stay in the work folder. In the end
 
 import argparse
 import pathlib
+import platform
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from options import Parser, add_common, parse  # noqa: E402
 from presets import EXPERIMENTS, PRESETS  # noqa: E402
-from steps import RESULTS, expect_packages, run_as_program  # noqa: E402
+from steps import RESULTS, expect_packages, packages, run_as_program  # noqa: E402
 
 
 def names_of(known):
@@ -25,6 +26,15 @@ def names_of(known):
                 raise argparse.ArgumentTypeError(f"expected some of {', '.join(known)}, found '{name}'")
         return names
     return chosen
+
+
+class Packages(argparse.Action):
+    """As --help and --version: nothing else has to be given."""
+
+    def __call__(self, parser, *_):
+        expect_packages("study")
+        print(f"Python {platform.python_version()} ({sys.executable}) has {', '.join(packages())} and equistream")
+        parser.exit()
 
 
 def arguments():
@@ -43,6 +53,7 @@ def arguments():
                         help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
     parser.add_argument("--again", action="store_true", help="measure what is there already, too")
     add_common(parser)
+    parser.add_argument("--packages", action=Packages, nargs=0, help="say which Python packages it needs are there, and end")
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     return parse(parser, "study")
 

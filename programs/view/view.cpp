@@ -161,17 +161,26 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::Option scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         .excludes(scene);
+    std::vector<std::string_view> methods;
+    for (const EngineStage& engine : engine_stages())
+        if (engine.on_gpu)
+            methods.push_back(engine.name);
     app.add_option("--method", arguments->method,
                    described(engine_stages(), true) +
                        "; default: eye-depth with --scene or --model, else mesh where the stream has depth, else "
-                       "rotation");
-    cli::add_with_default(app, "--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere");
-    app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
-    cli::add_with_default(app, "--overlay", arguments->overlay, "none, depth, gaps, reliability or motion");
+                       "rotation")
+        .offers(methods);
+    cli::add_with_default(app, "--layout", arguments->layout, "Which eyes the window shows, and how")
+        .offers(gl::display_layout_names);
+    app.add_option("--anaglyph", arguments->anaglyph, "Colours for red and cyan glasses (default: dubois)")
+        .offers(anaglyphs());
+    cli::add_with_default(app, "--overlay", arguments->overlay, "What is laid over the picture")
+        .offers(gl::overlay_names);
     cli::add_with_default(
         app, "--mirrors", arguments->mirrors,
         "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps or surface "
-        "(as if painted on it)");
+        "(as if painted on it)")
+        .offers(mirror_treatment_names());
     cli::add_with_default(app, "--fill", arguments->fill,
                           "Passes that fill gaps, in order, of " + described(fill_stages(), true) +
                               "; on: " + default_fill + "; off: gaps stay black");
@@ -183,12 +192,14 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .existing_folder();
     app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: what the frames are tagged with");
     arguments->hdr.add_to(app);
-    cli::add_with_default(app, "--loop", arguments->loop, "on: starts again at the end; off: stays there");
-    cli::add_with_default(app, "--decode", arguments->decode, "auto (by hardware where there is some) or software");
+    cli::add_with_default(app, "--loop", arguments->loop, "on: starts again at the end; off: stays there")
+        .offers(switches);
+    cli::add_with_default(app, "--decode", arguments->decode, "auto: by hardware where there is some").offers(decoders);
     cli::add_with_default(
         app, "--upload", arguments->upload,
         "How decoded pictures come to the GPU: mapped (it reads them where they were decoded to), copied, or "
-        "auto (mapped, unless OpenGL runs on the CPU)");
+        "auto (mapped, unless OpenGL runs on the CPU)")
+        .offers(uploads);
     cli::add_with_default(
         app, "--predict", arguments->predict,
         "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS");
