@@ -6,12 +6,15 @@ include(CMakePackageConfigHelpers)
 file(RELATIVE_PATH lib_from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
 set(CMAKE_INSTALL_RPATH $ORIGIN/${lib_from_bin})
 
+# The component of rules that name none (Packages.cmake).
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME tools)
+
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 # find_package(equistream COMPONENTS plugin client): a component's targets are installed by its own folder.
 write_basic_package_version_file(equistreamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/equistreamConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/equistreamConfig.cmake
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/equistream)
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/equistream COMPONENT dev)
 
 # For *.pc.in.
 set(pkgconfig_dir ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig)
