@@ -15,13 +15,14 @@
 namespace equistream::render_command {
 namespace {
 
+constexpr std::uint32_t max_parts = 65536;
 const std::vector<std::string> sample_spreads = {"even", "angle"};
 
 /// As typed; what is not a plain number is read by checked().
 struct Typed {
     RenderOptions options;
     std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
-    std::string progress = "auto", denoise = "off", window, samples = sample_spreads.front();
+    std::string progress = "auto", denoise = "off", window, samples = sample_spreads.front(), part;
     double fps = 0, fov_deg = 90;
     int density = 0;
     cli::Option fov_option, fps_option, patch_budget, patch_side, density_option;
@@ -99,6 +100,40 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
     return parse_window(typed.window, columns);
 }
 
+std::uint32_t whole_number(std::string_view text, const std::string& found) {
+    std::uint32_t value = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size() || value < 1 ||
+        value > max_parts)
+        throw InputError(expected_found("--part", "K/N or all/N, K from 1 to N, N up to " + std::to_string(max_parts),
+                                        "'" + found + "'"));
+    return value;
+}
+
+/// "3/8"; "all/8".
+FramePart parse_part(const std::string& text) {
+    const std::string_view all = text;
+    const std::size_t slash = std::min(all.find('/'), all.size());
+    const std::string_view number = all.substr(0, slash);
+    FramePart part;
+    part.count = whole_number(all.substr(std::min(slash + 1, all.size())), text);
+    part.number = number == "all" ? 0 : whole_number(number, text);
+    if (part.number > part.count)
+        whole_number("", text);
+    return part;
+}
+
+/// Frames in parts are independent, and of tiles that all parts know alike.
+void require_parts_possible(const RenderOptions& o) {
+    const std::string besides = o.accumulate > 0 ? "--accumulate"
+                                : o.patches      ? "--patches"
+                                : o.window       ? "--window"
+                                : o.follow       ? "--follow"
+                                                 : "";
+    if (!besides.empty())
+        throw InputError(expected_found("--part", "whole frames that hang on no other", besides));
+}
+
 es_eye parse_eye(const std::string& text) {
     return text == "left" ? ES_EYE_LEFT : text == "right" ? ES_EYE_RIGHT : ES_EYE_CENTRE;
 }
@@ -167,6 +202,10 @@ RenderOptions checked(const Typed& typed) {
                                                                 : "--accumulate"));
     o.denoise = static_cast<es_denoise>(denoise_quality(typed.denoise));
     o.progress = cli::parse_progress(typed.progress);
+    if (!typed.part.empty()) {
+        o.part = parse_part(typed.part);
+        require_parts_possible(o);
+    }
     return o;
 }
 
@@ -210,6 +249,9 @@ void add_camera_options(cli::CommandLine& app, Typed& t) {
 void add_frame_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's").existing_file();
     cli::add_frames_option(app, t.options.frames, "FIRST-LAST or one number (default: the whole path)");
+    app.add_option("--part", t.part,
+                   "K/N: render one of N parts of every frame and keep it in DIR; all/N: put frames together from all "
+                   "parts, to the bytes of frames rendered at once (equistream farm does it)");
     t.fps_option = app.add_option("--fps", t.fps, "Frames per second (default: the scene's)").between(0.001, 1000.0);
 }
 
@@ -264,6 +306,8 @@ std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const H
     app.add_flag("--follow", typed->options.follow,
                  "Stay, and render each frame that a line of standard input asks for (docs/guide/render.md, \"Frames "
                  "on demand\")");
+    app.add_flag("--dry-run", typed->options.dry_run,
+                 "Render nothing: check all options, and say what would be rendered");
     cli::add_json_flag(app, typed->options.json);
     return [typed] { return checked(*typed); };
 }

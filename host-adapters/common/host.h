@@ -2,6 +2,7 @@
 /// What `equistream render` is told whatever the host, and what a host has to offer it. Also the program around a host.
 #include <equistream/conventions.h>
 #include <equistream/equistream.h>
+#include <equistream/frame_part.h>
 #include <equistream/patches.h>
 #include <equistream/window.h>
 
@@ -54,7 +55,9 @@ struct RenderOptions {
     es_denoise denoise = ES_DENOISE_OFF;
     std::uint32_t accumulate = 0;  ///< earlier frames that count at most where anything moves; 0: none
     bool overwrite = false, single_part = false, json = false;
-    bool follow = false;  ///< frames as standard input asks for them
+    bool follow = false;   ///< frames as standard input asks for them
+    bool dry_run = false;  ///< nothing is rendered
+    FramePart part;        ///< of each frame
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
 };
 

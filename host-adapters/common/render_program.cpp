@@ -25,6 +25,9 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     if (options.samples_by_angle && !host.fills_tiles())
         throw InputError(
             expected_found("--samples", "even: " + host.text().name + " renders whole pictures", "'angle'"));
+    if (options.part.count > 0 && !host.fills_tiles())
+        throw InputError(expected_found("--part", "none: " + host.text().name + " renders whole pictures",
+                                        std::to_string(options.part.count) + " parts"));
     if (options.threads == 0)
         options.threads = std::max(1u, std::thread::hardware_concurrency());
     RenderReport report;
@@ -32,6 +35,8 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     const auto start = Clock::now();
     const SceneDescription& scene = host.describe(options);
     const Timeline timeline = make_timeline(options, scene);
+    if (options.dry_run)
+        return print_plan(options, timeline, host, command);
     host.load(options, timeline);
     report.load_s = seconds_since(start);
     if (options.follow) {

@@ -80,7 +80,9 @@ std::uint64_t SequenceRenderer::count_paths() {
                 paths += sampled_pixels(stream.settings, index) * job_.options.spp;
         }
     }
-    return paths;
+    if (job_.options.part.is_put_together())
+        return 0;
+    return job_.options.part.is_one() ? paths / job_.options.part.count : paths;
 }
 
 /// All, but for a base's tiles that the window covers. Frames that are accumulated are sampled everywhere.
@@ -217,6 +219,24 @@ double peak_memory_mib() {
 }
 
 }  // namespace
+
+void print_plan(const RenderOptions& o, const Timeline& timeline, const RenderHost& host, const std::string& command) {
+    // Accumulated light, and where patches are, are carried on from frame to frame.
+    const bool independent = o.accumulate == 0 && !o.patches;
+    const bool in_parts = independent && host.fills_tiles() && !o.window;
+    const auto first = static_cast<long long>(timeline.range.first), last = static_cast<long long>(timeline.range.last);
+    if (!o.json) {
+        std::printf("frames %lld to %lld of %dx%d pixels with %u samples a pixel\n", first, last, o.size.width,
+                    o.size.height, o.spp);
+        return;
+    }
+    nlohmann::json plan = {
+        {"first_frame", first},       {"last_frame", last},   {"width", o.size.width},
+        {"height", o.size.height},    {"spp", o.spp},         {"frames_per_second", timeline.frames_per_second},
+        {"independent", independent}, {"in_parts", in_parts}, {"out", o.out.string()}};
+    plan.update(cli::provenance(command));
+    std::printf("%s\n", json_text(plan, 2).c_str());
+}
 
 void print_report(const RenderReport& r, const RenderHost& host, const std::string& command, bool json) {
     const double paths_per_s = static_cast<double>(r.paths) / std::max(r.render_s, 1e-9);

@@ -38,6 +38,10 @@ struct RenderReport {
 /// Text or JSON on standard output.
 void print_report(const RenderReport& report, const RenderHost& host, const std::string& command, bool json);
 
+/// What would be rendered: text or JSON on standard output. `farm` divides it.
+void print_plan(const RenderOptions& options, const Timeline& timeline, const RenderHost& host,
+                const std::string& command);
+
 // Frame after frame, resuming; while one is rendered the one before it is written.
 
 /// Borrowed for as long as the renderer lives.

@@ -50,6 +50,8 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.single_part = options.single_part;
     s.denoise = options.denoise;
     s.denoise_threads = options.threads;
+    s.part_count = options.part.count;
+    s.part = options.part.number;
     return s;
 }
 

@@ -79,6 +79,8 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
             samples_by_angle(std::get<EquirectCamera>(info.camera), handle.tiles.tile_side, info.samples_per_pixel);
     std::optional<WindowInBase> window;
     if (settings.window != nullptr) {
+        if (handle.shared->part().count > 0)
+            throw InputError(expected_found("es_frame_settings.window", "NULL where frames are in parts", "a window"));
         window = checked_window(*settings.window, info, handle.tiles.hidden_layer);
         if (!handle.history) {  // what is carried on is better rendered than 0
             if (tile_samples.empty())
@@ -92,22 +94,31 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
         as_window->info = info;
     }
     const bool guides = handle.denoiser != nullptr || std::ranges::find(planes, "guide_albedo") != planes.end();
-    return new es_frame{
-        handle.shared,
-        handle.denoiser,
-        handle.history,
-        {settings.index - std::int64_t{settings.previous_frames}, poses.previous},
-        info,
-        FrameRays(info),
-        Film(info, poses,
-             {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr, guides,
-              handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches, std::move(references)}),
-        handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
-        {},
-        std::move(as_window),
-        std::move(window),
-        {},
-        {}};
+    return new es_frame{handle.shared,
+                        handle.denoiser,
+                        handle.history,
+                        {settings.index - std::int64_t{settings.previous_frames}, poses.previous},
+                        info,
+                        FrameRays(info),
+                        Film(info, poses,
+                             {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr,
+                              guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches,
+                              std::move(references), handle.shared->part()}),
+                        handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
+                        {},
+                        std::move(as_window),
+                        std::move(window),
+                        {},
+                        {}};
+}
+
+/// Of frames that are put together: takes what all parts brought.
+void put_parts(es_frame& frame) {
+    const SequenceWriter& sequence = *frame.sequence;
+    for (std::uint32_t number = 1; number <= sequence.part().count; ++number) {
+        const FramePart part{number, sequence.part().count};
+        frame.film.put_part(part, sequence.read_part(frame.info.index, number, frame.film.part_size(part)));
+    }
 }
 
 void keep_misuse(const es_frame* frame, const std::string& problem) {
@@ -232,7 +243,10 @@ es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* setting
     return guarded(error, [&] {
         if (sequence == nullptr || frame == nullptr)
             throw InputError(expected_found("es_frame_begin", "pointers", "NULL"));
-        *frame = make_frame(*sequence, checked_settings(settings));
+        std::unique_ptr<es_frame> made(make_frame(*sequence, checked_settings(settings)));
+        if (sequence->shared->part().is_put_together())
+            put_parts(*made);
+        *frame = made.release();
         sequence->window_frame = (*frame)->as_window;
     });
 }
@@ -350,6 +364,8 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
             throw InputError(where + ": " + frame->misuse);
         if (const auto missing = frame->film.missing())
             throw InputError(expected_found(where, "every plane finished", *missing));
+        if (frame->sequence->part().is_one())
+            return frame->sequence->write_part(frame->info, frame->film.part_bytes());
         Frame finished;
         finished.info = frame->info;
         frame->film.finish(finished);
@@ -366,6 +382,8 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
             accumulate(*frame, finished);
         show_window();
         frame->sequence->write(finished, frame->film.left_out_samples());
+        if (frame->sequence->part().is_put_together())
+            frame->sequence->remove_parts(frame->info.index);
         if (frame->as_window)
             frame->as_window->is_written = true;
     });

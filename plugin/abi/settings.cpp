@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint32_t max_samples = 1u << 20;
 constexpr std::uint32_t max_threads = 4096;
 constexpr std::uint32_t max_accumulated_frames = 1000;
+constexpr std::uint32_t max_parts = 65536;
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -228,6 +229,13 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
                 (s.accumulate_frames == 0 && !info.patches && std::holds_alternative<EquirectCamera>(info.camera)),
             "samples_by_angle", "0 in flat views, in an atlas of patches and where frames are accumulated",
             std::to_string(s.samples_by_angle));
+    require(s.part_count <= max_parts, "part_count", "at most " + std::to_string(max_parts),
+            std::to_string(s.part_count));
+    require(s.part <= s.part_count, "part", "at most part_count, " + std::to_string(s.part_count),
+            std::to_string(s.part));
+    require(s.part_count == 0 || (s.accumulate_frames == 0 && !info.patches), "part_count",
+            "0 in an atlas of patches and where frames are accumulated", std::to_string(s.part_count));
+    checked.part = {s.part, s.part_count};
     const std::string tiles =
         std::string(hidden_layer ? " hidden layer" : "") + (s.samples_by_angle != 0 ? " samples by angle" : "");
     checked.manifest.fingerprint =

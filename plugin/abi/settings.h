@@ -52,13 +52,11 @@ FrameSettings checked_settings(const es_frame_settings* settings);
 // Structs that hosts fill, in every size they have had: a host built with an older header hands over a shorter one.
 
 /// Ascending, today's last. When a field is appended to a struct, that field's offset goes before the last.
-inline constexpr std::size_t sequence_settings_sizes[] = {offsetof(es_sequence_settings, geometry_fingerprint),
-                                                          offsetof(es_sequence_settings, layer),
-                                                          offsetof(es_sequence_settings, patch_side),
-                                                          offsetof(es_sequence_settings, denoise),
-                                                          offsetof(es_sequence_settings, accumulate_frames),
-                                                          offsetof(es_sequence_settings, window_columns),
-                                                          sizeof(es_sequence_settings)};
+inline constexpr std::size_t sequence_settings_sizes[] = {
+    offsetof(es_sequence_settings, geometry_fingerprint), offsetof(es_sequence_settings, layer),
+    offsetof(es_sequence_settings, patch_side),           offsetof(es_sequence_settings, denoise),
+    offsetof(es_sequence_settings, accumulate_frames),    offsetof(es_sequence_settings, window_columns),
+    offsetof(es_sequence_settings, part_count),           sizeof(es_sequence_settings)};
 inline constexpr std::size_t frame_settings_sizes[] = {
     offsetof(es_frame_settings, patches), offsetof(es_frame_settings, spp), offsetof(es_frame_settings, window_x),
     sizeof(es_frame_settings)};

@@ -112,6 +112,8 @@ void require_readable(const std::string& file, const FrameInfo& info) {
 
 SequenceWriter::SequenceWriter(SequenceSettings settings) : settings_(std::move(settings)) {
     require_utf8(settings_.manifest.shared);
+    if (settings_.part.is_one())
+        settings_.folder = part_folder(settings_.part.number);
     make_folder();
     lock_.emplace(settings_.folder);
     adopt_or_refuse();
@@ -159,7 +161,12 @@ void SequenceWriter::adopt_or_refuse() {
 }
 
 bool SequenceWriter::keeps_frame(std::int64_t index) const {
-    const std::filesystem::path file = frame_file(index);
+    std::filesystem::path file = frame_file(index);
+    if (settings_.part.is_one()) {
+        if (!settings_.overwrite && has_part(index))
+            return true;
+        file = settings_.folder.parent_path() / frame_file_name(index);
+    }
     if (settings_.overwrite || index < 0 || !std::filesystem::exists(file))
         return false;
     try {

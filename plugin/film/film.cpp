@@ -95,16 +95,19 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
     : closes_(columns_close(info.camera) && !info.patches), width_(picture_width(info)), height_(picture_height(info)),
       tile_side_(settings.tile_side), tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
       tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side_ - 1) / tile_side_)),
-      samples_per_pixel_(settings.samples_per_pixel), tile_samples_(std::move(settings.tile_samples)),
-      takes_variance_(settings.variance), takes_guides_(settings.guides),
-      backward_(info.camera, poses.here, poses.previous), forward_(info.camera, poses.here, poses.next),
-      plane_names_(std::move(settings.planes)), has_holes_(settings.has_holes),
-      references_(std::move(settings.references)) {}
+      part_(settings.part), share_(settings.part), samples_per_pixel_(settings.samples_per_pixel),
+      tile_samples_(std::move(settings.tile_samples)), takes_variance_(settings.variance),
+      takes_guides_(settings.guides), backward_(info.camera, poses.here, poses.previous),
+      forward_(info.camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
+      has_holes_(settings.has_holes), references_(std::move(settings.references)) {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
     progress_.resize(all_tiles());
     reference_sums_.resize(references_.corners.size() * reference_halves * ReferenceTiles::pixels * reference_channels);
+    next_tile_ = share_.first;
+    if (part_.is_put_together())
+        next_tile_ = all_tiles();
     if (is_whole()) {
         next_tile_ = first_tile_ = tile_count_;
         return;
@@ -159,10 +162,10 @@ es_tile Film::tile(std::uint32_t id) const {
 std::optional<es_tile> Film::next_tile() {
     if (is_whole() && references_.corners.empty())
         return std::nullopt;
-    std::call_once(film_started_, [this] { start_film(); });
+    start_once();
     // The counter stops at the end, so that asking on and on cannot make it wrap.
     std::uint32_t id = next_tile_.load();
-    while (id < all_tiles() && !next_tile_.compare_exchange_weak(id, id + 1)) {
+    while (id < all_tiles() && !next_tile_.compare_exchange_weak(id, id + share_.step)) {
     }
     if (id >= all_tiles())
         return std::nullopt;
@@ -170,7 +173,7 @@ std::optional<es_tile> Film::next_tile() {
 }
 
 bool Film::knows(const es_tile& given) const {
-    if (given.id >= next_tile_.load() || given.id < first_tile_)
+    if (given.id >= next_tile_.load() || given.id < first_tile_ || given.id % share_.step != share_.first)
         return false;
     const es_tile ours = tile(given.id);
     return given.x == ours.x && given.y == ours.y && given.width == ours.width && given.height == ours.height &&
@@ -325,16 +328,19 @@ void Film::put_plane(const std::string& name, IdImage image) {
 }
 
 std::optional<std::string> Film::missing() const {
-    std::size_t without_colour = all_tiles();
-    std::size_t without_surfaces = tile_count_, without_guides = tile_count_;
+    std::size_t with_colour = 0, with_surfaces = 0;  // tiles that are to have them
+    std::size_t without_colour = 0, without_surfaces = 0, without_guides = 0;
     bool any_guides = false;
-    for (std::uint32_t tile = 0; tile < progress_.size(); ++tile) {
-        const TileProgress& progress = progress_[tile];
-        without_colour -= progress.colour_passes == passes_of(tile);
+    for (std::uint32_t tile = share_.first; tile < all_tiles(); tile += share_.step) {
+        const bool is_begun = tile < progress_.size();
+        const TileProgress progress = is_begun ? progress_[tile] : TileProgress{};
+        ++with_colour;
+        without_colour += !is_begun || progress.colour_passes != passes_of(tile);
         if (is_reference(tile))
             continue;
-        without_surfaces -= progress.surfaces;
-        without_guides -= progress.guide_passes == passes_of(tile);
+        ++with_surfaces;
+        without_surfaces += !progress.surfaces;
+        without_guides += !is_begun || progress.guide_passes != passes_of(tile);
         any_guides |= progress.guide_passes > 0;
     }
     std::vector<std::string> names = plane_names_;
@@ -346,7 +352,7 @@ std::optional<std::string> Film::missing() const {
                                                    : without_surfaces;
         if (tiles > 0 && !whole_.contains(name))
             return "plane " + name + " unfinished in " + std::to_string(tiles) + " of " +
-                   std::to_string(name == "colour" ? all_tiles() : tile_count_) + " tiles";
+                   std::to_string(name == "colour" ? with_colour : with_surfaces) + " tiles";
     }
     return std::nullopt;
 }

@@ -7,12 +7,16 @@
 #include <equistream/aov.h>
 #include <equistream/equistream.h>
 #include <equistream/frame.h>
+#include <equistream/frame_part.h>
 #include <equistream/image.h>
 
 #include <atomic>
+#include <cstddef>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,6 +41,15 @@ struct FilmSettings {
     int tile_side = default_tile_side;
     bool has_holes = false;       ///< pixels that nobody answers for are no part of the picture (finish)
     ReferenceTiles references{};  ///< colour passes alone, after all other tiles; "reference" is made of them
+    FramePart part{};             ///< whose tiles are handed out; with part 0 of several: none
+};
+
+/// Tiles of a part, by their numbers: `first`, `first + step` and so on. Of none of several: all.
+struct TileShare {
+    std::uint32_t first, step;
+
+    explicit TileShare(const FramePart& part)
+        : first(part.is_one() ? part.number - 1 : 0), step(part.is_one() ? part.count : 1) {}
 };
 
 /// Of a picture, rows of tiles from the top down.
@@ -99,8 +112,15 @@ public:
     /// Where `finish` padded colour: 0 there; null where it did not.
     const ByteImage* padded() const { return answered_.empty() || whole_.contains("colour") ? nullptr : &answered_; }
 
-    /// What is still missing, in words; nothing when the frame is complete.
+    /// What is still missing of the part, in words; nothing when it is complete.
     std::optional<std::string> missing() const;
+    /// Everything that the part's tiles have brought. Throws InputError where planes were handed over whole.
+    std::string part_bytes();
+    /// As many as part_bytes() would return of `part`.
+    std::size_t part_size(const FramePart& part);
+    /// Takes what part_bytes() of another film returned, as if tiles had brought it here. `bytes` are part_size() many.
+    /// Throws InputError where they cannot have come from tiles.
+    void put_part(const FramePart& part, const std::string& bytes);
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
     /// Moves the planes into `frame`, averaging colour. References are 0 where tiles brought none. "variance" is that
@@ -120,6 +140,11 @@ private:
         return static_cast<std::uint32_t>(y / tile_side_) * tiles_across_ + static_cast<std::uint32_t>(x / tile_side_);
     }
     void start_film();
+    void start_once() {
+        std::call_once(film_started_, [this] { start_film(); });
+    }
+    /// All memory that tiles of `share` fill, piece by piece, in an order that hangs on the frame's settings alone.
+    void each_piece(const TileShare& share, const std::function<void(std::span<std::byte>)>& take);
     void mark_answered(const TilePixels& pixels);
     double* reference_sum(const es_tile& tile, std::uint32_t half);
     void average_colour();
@@ -135,6 +160,8 @@ private:
     int tile_side_;
     std::uint32_t tiles_across_;
     std::uint32_t tile_count_;
+    FramePart part_;
+    TileShare share_;  ///< that is handed out
     std::uint32_t samples_per_pixel_;
     std::vector<std::uint32_t> tile_samples_;
     bool takes_variance_, takes_guides_;

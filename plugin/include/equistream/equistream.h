@@ -94,6 +94,12 @@ typedef struct es_sequence_settings {
      * equator and one at least. So the noise that an eye sees is everywhere the same, for 0.64 of a sphere's samples.
      * Only where tiles are sampled alike otherwise: not where frames are accumulated. */
     int64_t samples_by_angle;
+    /* Above 0, at most 65,536: every frame is rendered in so many parts, each by a program of its own. `part` is this
+     * program's, from 1: tiles of it alone are handed out, and es_frame_end keeps their sums in a folder of output_dir.
+     * With `part` 0 frames are put together from all parts, which then go; no tile is handed out. These frames have the
+     * bytes of frames that were rendered whole. Tiles bring every plane; frames are not accumulated; no atlas, and no
+     * window in a base. */
+    uint32_t part_count, part;
 } es_sequence_settings;
 
 /* What a slot of an atlas shows: a block of one auxiliary sphere. */

@@ -294,6 +294,80 @@ TEST_F(AbiFilm, whole_planes_take_the_place_of_tiles) {
     es_sequence_close(sequence);
 }
 
+/// Noise, also some that is not finite.
+glm::vec4 noise_with_holes(const es_ray& ray) {
+    const auto noise = static_cast<float>(ray.seed >> 40) * 0x1p-24f;
+    return {noise < 0.1f ? std::numeric_limits<float>::quiet_NaN() : noise, std::abs(ray.direction[0]), noise * noise,
+            1};
+}
+
+es_surface numbered(const es_ray& ray) {
+    es_surface s{};
+    s.distance_m = 1 + static_cast<float>(ray.seed >> 40) * 0x1p-24f;
+    s.object_id = ray.pixel;
+    return s;
+}
+
+TEST_F(AbiFilm, parts_put_together_are_the_frame) {
+    settings.aovs = "all";
+    const auto rendered = [&](std::uint32_t part, std::uint32_t count) {
+        settings.part = part;
+        settings.part_count = count;
+        es_sequence* sequence = open();
+        es_frame* frame = begin(sequence, at(0));
+        fill(frame, numbered, noise_with_holes, 2);
+        end(frame);
+        EXPECT_EQ(es_sequence_has_frame(sequence, 0), 1);
+        es_sequence_close(sequence);
+    };
+    rendered(0, 0);
+    const std::string file = output + "/frame.0000.exr", whole = file_bytes(file);
+    for (const std::uint32_t count : {1u, 4u, 50u}) {  // of which many have no tile
+        std::filesystem::remove(file);
+        for (std::uint32_t part = count; part > 0; --part)
+            rendered(part, count);
+        EXPECT_FALSE(std::filesystem::exists(file));
+        rendered(0, count);
+        EXPECT_TRUE(file_bytes(file) == whole) << count << " parts";
+        EXPECT_FALSE(std::filesystem::exists(output + "/part-1-of-" + std::to_string(count)));
+    }
+}
+
+TEST_F(AbiFilm, parts_that_do_not_belong_together_are_refused) {
+    settings.part_count = 1;
+    settings.part = 1;
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    fill(frame, numbered, noise_with_holes);
+    end(frame);
+    es_sequence_close(sequence);
+    settings.part = 0;
+    settings.seed = 12;
+    sequence = open();
+    es_error error{};
+    const es_frame_settings when = at(0);
+    EXPECT_EQ(es_frame_begin(sequence, &when, &frame, &error), ES_BAD_INPUT);
+    EXPECT_NE(std::string(error.text).find("part-1-of-1/frame.0000.part: expected 'equistream part 1: frame 0"),
+              std::string::npos)
+        << error.text;
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, a_part_has_no_whole_planes) {
+    settings.aovs = "none";
+    settings.part_count = 2;
+    settings.part = 1;
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    const FloatImage colour(72, 36, 4, 1.0f);
+    const es_plane plane = plane_of("colour", colour);
+    es_error error{};
+    ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
+    EXPECT_EQ(es_frame_end(frame, &error), ES_BAD_INPUT);
+    EXPECT_STREQ(error.text, "a part of a frame: expected planes that tiles bring, found plane colour whole");
+    es_sequence_close(sequence);
+}
+
 TEST_F(AbiFilm, wrong_planes_are_refused) {
     settings.aovs = "depth,motion";
     es_sequence* sequence = open();

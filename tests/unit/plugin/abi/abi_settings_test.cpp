@@ -78,6 +78,8 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::accumulate_frames, 1001u, "accumulate_frames: expected at most 1000, found 1001");
     expect(&S::denoise, stored<es_denoise>(4), "denoise: expected ES_DENOISE_OFF to ES_DENOISE_HIGH, found 4");
     expect(&S::denoise_threads, 5000u, "denoise_threads: expected at most 4096, found 5000");
+    expect(&S::part_count, 65537u, "part_count: expected at most 65536, found 65537");
+    expect(&S::part, 1u, "part: expected at most part_count, 0, found 1");
     const std::string name(256, 'x');
     expect(&S::scene_name, name.c_str(), "scene_name: expected at most 255 bytes, found 256");
     EXPECT_FALSE(std::filesystem::exists(output)) << "a refused sequence leaves nothing behind";
@@ -109,6 +111,10 @@ TEST_F(AbiSettings, a_host_of_the_first_header_keeps_working) {
 }
 
 TEST_F(AbiSettings, wrong_combinations) {
+    settings.part_count = 2;
+    settings.accumulate_frames = 4;
+    EXPECT_EQ(refusal(), "part_count: expected 0 in an atlas of patches and where frames are accumulated, found 2");
+    settings.part_count = settings.accumulate_frames = 0;
     settings.width = settings.height = 32768;
     EXPECT_EQ(refusal(), "width x height: expected at most 268435456 pixels, found 32768x32768");
     settings.width = settings.height = 8;
