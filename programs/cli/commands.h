@@ -31,6 +31,7 @@ inline constexpr std::array commands = {
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
     Command{"model", "equistream-model", "make the geometry a client needs of a scene"},
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
+    Command{"farm", "equistream-farm", "divide a render, an encode or a study among the machines of a farm"},
     Command{"study", "equistream-study", "speed against accuracy of every method, on real scenes or bundled ones"},
     Command{"fit", "equistream-fit", "the least a scene needs for a wanted accuracy, as a settings file"},
     Command{"doctor", "equistream-doctor", "say what is installed, what is missing and how to get it"},

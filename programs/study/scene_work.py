@@ -5,11 +5,11 @@ Records of commands name files relative to the folder, so that they do not depen
 
 import functools
 import json
-import os
 import pathlib
 
 import equistream as es
 import render_list
+from gathered import gather
 from narrowed import made_once, narrow_sequence
 from presets import SEEDS
 from steps import HERE, REPOSITORY, Failed, Steps
@@ -71,14 +71,8 @@ class SceneWork:
         return out
 
     def gather(self, spec):
-        """Links what parts have rendered into one sequence, with the manifest of the first of them, which says where the path begins."""
-        for part in sorted((self.folder / "parts" / spec.name).glob("*")):
-            for eye in (folder for folder in part.iterdir() if (folder / "manifest.json").exists()):
-                whole = self.folder / f"renders/{spec.name}/{eye.name}"
-                whole.mkdir(parents=True, exist_ok=True)
-                for file in [*sorted(eye.glob("frame.*.exr")), eye / "manifest.json"]:
-                    if not (whole / file.name).exists():
-                        os.link(file, whole / file.name)
+        """What parts have rendered, as one sequence."""
+        gather((self.folder / "parts" / spec.name).glob("*"), self.folder / f"renders/{spec.name}")
 
     def render_record(self, step):
         """What render() or render_part() left of it: `step` is render-NAME or part-NAME-FIRST-LAST."""

@@ -15,7 +15,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from options import Parser, add_common, parse  # noqa: E402
 from presets import EXPERIMENTS, PRESETS  # noqa: E402
-from steps import RESULTS, expect_packages, packages, run_as_program  # noqa: E402
+from steps import expect_packages, packages, run_as_program  # noqa: E402
 
 
 def names_of(known):
@@ -37,25 +37,23 @@ class Packages(argparse.Action):
         parser.exit()
 
 
-def arguments():
+def arguments(words=None):
     parser = Parser(prog="equistream study", description=__doc__.splitlines()[0],
                     epilog="example: equistream study --preset smoke --out study-out")
     parser.add_argument("--preset", choices=PRESETS, default="smoke",
-                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
+                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, for a farm (equistream farm study)")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
     parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where, moved, related and window of smoke")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
-    parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
-    parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that --plan listed in the folder of --out, and nothing else")
-    parser.add_argument("--measured", type=pathlib.Path, default=RESULTS, help="results that --plan tells times from; default: the repository's")
+    parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that equistream farm study listed in the folder of --out, and nothing else")
     parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
                         help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
     parser.add_argument("--again", action="store_true", help="measure what is there already, too")
     add_common(parser)
     parser.add_argument("--packages", action=Packages, nargs=0, help="say which Python packages it needs are there, and end")
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
-    return parse(parser, "study")
+    return parse(parser, "study", words)
 
 
 def main():

@@ -102,9 +102,6 @@ class Study:
                               **provenance(self.options.bin, REPOSITORY)}, indent=1))
 
     def do(self):
-        if self.options.plan:
-            print(plan.write_plan(self.preset, self.scenes, self.options.measured, self.options.out))
-            return
         if self.options.job is not None:
             self.render_job()
             return

@@ -134,12 +134,14 @@ class Smoke(unittest.TestCase):
         print(f"{self.took_s:.0f} s")
 
     def test_plans_a_farm(self):
-        plan = self.study("--plan", "--measured", self.out)
+        farm = self.out / "farm"
+        plan = subprocess.run([BIN / "equistream", "farm", "--out", farm, "--measured", self.out, "study", "--preset", "smoke", "--out", self.out], capture_output=True, text=True)
         self.assertEqual(plan.returncode, 0, plan.stderr)
-        self.assertRegex(plan.stdout, r"pavilion +\d+ +\d+\.\d +\d+\.\d")
-        template = json.loads((self.out / "study-smoke.template.json").read_text())
+        self.assertRegex(plan.stdout, r"measure +1 +\d+ +\d+\.\d+ +render\n")
+        template = json.loads((farm / "template.json").read_text())
         last = int(template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"].split("-")[1])
-        self.assertIn(f"#SBATCH --array=0-{last}", (self.out / "study-smoke.sh").read_text())
+        self.assertIn(f"--array=0-{last}", (farm / "submit.sh").read_text())
+        self.assertEqual([step["name"] for step in template["steps"]], ["render", "measure", "generated", "draw"])
         refused = self.study("--job", last + 1)
         self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1))
         self.assertIn(f"--job: expected 0 to {last}", refused.stderr)

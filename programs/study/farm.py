@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Divides a render, an encode or a study among the machines of a farm: scripts for Slurm and a template of the Open Job Description.
+
+    equistream farm [options] render SCENE ... --out FRAMES [-- encode FRAMES --out FILE ...]
+    equistream farm [options] study ...
+    equistream farm status FOLDER
+"""
+
+import argparse
+import json
+import pathlib
+import shlex
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from farming import jobs, openjd, slurm, task  # noqa: E402
+from farming.folder import read_plan, status_lines, write_plan  # noqa: E402
+from options import Parser, add_common, parse  # noqa: E402
+from steps import Failed, run_as_program, write_whole  # noqa: E402
+
+TASK = "task"
+
+
+def at_least(low, kind):
+    def number(text):
+        try:
+            value = kind(text)
+        except ValueError:
+            value = None
+        if value is None or not low <= value <= 1e9:
+            raise argparse.ArgumentTypeError(f"expected a number from {low:g}, found '{text}'")
+        return value
+    return number
+
+
+def parser_of():
+    parser = Parser(prog="equistream farm", usage="equistream farm [options] JOB ... [-- JOB ...]", description=__doc__.splitlines()[0],
+                    epilog="example: equistream farm --minutes 15 render pavilion.json --frames 0-99 --out frames -- encode frames --out pavilion.mp4")
+    parser.add_argument("job", metavar="JOB", nargs=argparse.REMAINDER,
+                        help=f"the ordinary command line of {', '.join(jobs.COMMANDS)}; after --, others that need all before them; or status FOLDER: how far a farm is")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("farm"), metavar="DIR",
+                        help="folder for scripts, logs and unfinished work, which all machines see (default: farm)")
+    parser.add_argument("--chunk", type=at_least(1, int), metavar="N", help="frames a task (default: as many as take --minutes)")
+    parser.add_argument("--parts", type=at_least(1, int), metavar="N", help="tasks a frame, each a part of its tiles (default: 1, or as many as make each take --minutes)")
+    parser.add_argument("--minutes", type=at_least(0.01, float), default=10.0, metavar="M", help="what a task is meant to take (default: 10)")
+    parser.add_argument("--frame-seconds", type=at_least(0, float), metavar="S", help="what a frame takes a machine (default: measured here, on the middle frame)")
+    parser.add_argument("--retries", type=at_least(0, int), default=2, metavar="N", help="how often a task goes on by itself after its program was killed or failed (default: 2)")
+    parser.add_argument("--measured", type=pathlib.Path, metavar="DIR", help="results that a study's times are told from (default: the repository's)")
+    add_common(parser)
+    parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
+    return parser
+
+
+def divided(parser, words):
+    """Options of `farm` itself, and the words that begin with the job's command."""
+    values = {name for action in parser._actions if action.nargs != 0 for name in action.option_strings}
+    at = 0
+    while at < len(words) and words[at].startswith("-") and words[at] != "--":
+        at += 2 if words[at] in values else 1
+    rest = words[at:]
+    return words[:at], rest[1:] if rest[:1] == ["--"] else rest
+
+
+def arguments():
+    parser = parser_of()
+    own, job = divided(parser, sys.argv[1:])
+    options = parse(parser, "farm", own)
+    options.job = job
+    if not job:
+        parser.error(f"expected a job, such as render SCENE --out FRAMES, found none")
+    if job[0] not in (*jobs.COMMANDS, "status", TASK):
+        parser.error(f"expected a job of {', '.join(jobs.COMMANDS)}, or status, found '{job[0]}'")
+    return parser, options
+
+
+def write_farm(options):
+    """The plan and what makes each system follow it; what is told of them."""
+    plan = jobs.plan_of(options)
+    folder = options.out.resolve()
+    write_plan(folder, plan)
+    for name, text in slurm.scripts(plan).items():
+        write_whole(folder / name, text)
+    write_whole(folder / "template.json", json.dumps(openjd.template(plan), indent=1) + "\n")
+    return plan
+
+
+def report(plan, options):
+    if options.json:
+        steps = [{key: step[key] for key in ("name", "tasks", "seconds")} for step in plan["steps"]]
+        print(json.dumps({"folder": str(options.out), "steps": steps, "measured": plan["measured"], "frames": plan["frames"]}, indent=1))
+        return
+    out = shlex.quote(str(options.out))
+    print("\n".join([*jobs.told(plan), "", f"written: {out}", f"  Slurm:                 sh {out}/submit.sh [options of sbatch]",
+                     f"  Open Job Description:  openjd run {out}/template.json --step {plan['steps'][-1]['name']} --run-dependencies", f"  how far it is:         equistream farm status {out}"]))
+
+
+def main():
+    parser, options = arguments()
+    command, words = options.job[0], options.job[1:]
+    if command == TASK:
+        sys.exit(task.run(options.bin, task.parsed(parser, words)))
+    if command == "status":
+        folder = pathlib.Path(words[0]) if words else options.out
+        print("\n".join(status_lines(folder, read_plan(folder))))
+        return
+    if (options.out / "plan.json").exists() and not jobs.is_same(read_plan(options.out), options):
+        raise Failed(f"{options.out}: expected the farm of this job, found another's; --out names another folder")
+    report(write_farm(options), options)
+
+
+if __name__ == "__main__":
+    run_as_program(main, "equistream farm")

@@ -1,0 +1,85 @@
+"""A farm's folder: its plan, what tasks leave there, and how far they are.
+
+    plan.json  submit.sh  task.sh  template.json  logs/  parts/STEP/FIRST-LAST/
+"""
+
+import json
+import pathlib
+
+from steps import Failed, read_json, write_whole
+
+FORMAT = "equistream farm 1"
+
+
+def write_plan(folder, plan):
+    write_whole(folder / "plan.json", json.dumps({"format": FORMAT, **plan}, indent=1) + "\n")
+
+
+def read_plan(folder):
+    file = pathlib.Path(folder) / "plan.json"
+    if not file.exists():
+        raise Failed(f"{file}: expected what equistream farm writes, found none")
+    plan = read_json(file)
+    if not isinstance(plan, dict) or plan.get("format") != FORMAT:
+        raise Failed(f"{file}: expected {FORMAT}, found another format; plan it anew")
+    return plan
+
+
+def base_of(folder, plan):
+    """Where commands run: as they were typed, relative to the folder, so that both may be mounted elsewhere."""
+    return (pathlib.Path(folder).resolve() / plan["base"]).resolve()
+
+
+def chunk_folder(folder, step, first, last):
+    return pathlib.Path(folder) / "parts" / step["name"] / f"{first:06}-{last:06}"
+
+
+def chunk_folders(folder, name):
+    """Of all tasks of the step so far, also as it was divided before."""
+    return sorted((pathlib.Path(folder) / "parts" / name).glob("*"))
+
+
+def chunks(step):
+    """Of a step that is divided by frames: the first and the last of each task."""
+    return [(first, min(first + step["chunk"] - 1, step["last"])) for first in range(step["first"], step["last"] + 1, step["chunk"])]
+
+
+def frames_in(folders):
+    """{stream: numbers of the frames there}, of all these folders of renders together."""
+    found = {}
+    for folder in folders:
+        for manifest in pathlib.Path(folder).glob("*/manifest.json"):
+            numbers = found.setdefault(manifest.parent.name, set())
+            numbers |= {int(file.name.split(".")[1]) for file in manifest.parent.glob("frame.*.exr")}
+    return found
+
+
+def frames_done(folder, plan, step):
+    """Of a step that is divided by frames: how many are there in every stream, gathered or not."""
+    wanted = set(range(step["first"], step["last"] + 1))
+    out = base_of(folder, plan) / step["out"]
+    found = frames_in([out, *chunk_folders(folder, step["name"])])
+    return min((len(numbers & wanted) for numbers in found.values()), default=0)
+
+
+def parts_done(folder, plan, step):
+    """Of a step that is divided by tiles: how many parts of frames wait, and how many frames are put together."""
+    out = base_of(folder, plan) / step["out"]
+    return sum(1 for _ in out.glob("*/part-*-of-*/frame.*.part")), min(map(len, frames_in([out]).values()), default=0)
+
+
+def status_lines(folder, plan):
+    for step in plan["steps"]:
+        if step["kind"] == "frames":
+            yield f"{step['name']}: {frames_done(folder, plan, step)} of {step['last'] - step['first'] + 1} frames"
+        elif step["kind"] == "parts":
+            waiting, frames = parts_done(folder, plan, step)
+            yield f"{step['name']}: {frames} of {step['last'] - step['first'] + 1} frames, and {waiting} parts of others"
+        else:
+            left = sum(1 for number in range(step["tasks"]) if not done_file(folder, step, number).exists())
+            yield f"{step['name']}: {step['tasks'] - left} of {step['tasks']} tasks"
+
+
+def done_file(folder, step, number):
+    """What a task that is not divided by frames leaves when it has ended."""
+    return pathlib.Path(folder) / "done" / f"{step['name']}-{number}"

@@ -1,0 +1,176 @@
+"""What a farm is to do: the job's ordinary command lines, divided into steps of tasks.
+
+A render is divided by frames, or where one frame takes too long by tiles; every other command is one task that waits for all before it. Frames that carry light
+or patches on from the frame before are not divided. A study divides itself (plan.py).
+"""
+
+import json
+import math
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import tempfile
+import time
+
+from steps import Failed, RESULTS
+
+COMMANDS = ("render", "encode", "play", "compare", "study")
+DROPPED = {"--progress": 1, "--json": 0}
+"""Options that tasks set themselves, with how many words each takes."""
+PLACED = {"--out": 1, "--frames": 1}
+REFUSED = ("--overwrite", "--follow", "--part", "--dry-run")
+TRIED_SAMPLES = (1, 4)
+"""A pixel, of the frame that is measured: what a sample takes is their difference."""
+LIMIT = 2
+"""Times what it is meant to take, and as many seconds more as a cluster may need to begin:"""
+SLACK_S = 300
+MOST_PARTS = 4096
+
+
+def split_at_dashes(words):
+    lines = [[]]
+    for word in words:
+        if word == "--":
+            lines.append([])
+        else:
+            lines[-1].append(word)
+    return lines
+
+
+def without(words, names):
+    """The words but for these options and their values."""
+    kept, at = [], 0
+    while at < len(words):
+        name, equals, _ = words[at].partition("=")
+        if name in names:
+            at += 1 + (0 if equals else names[name])
+        else:
+            kept.append(words[at])
+            at += 1
+    return kept
+
+
+def checked_lines(words):
+    lines = split_at_dashes(words)
+    for line in lines:
+        if not line or line[0] not in COMMANDS or (line[0] == "study" and len(lines) > 1):
+            raise Failed(f"expected jobs of {', '.join(COMMANDS)} between --, a study alone, found '{shlex.join(line)}'")
+        for word in line:
+            if line[0] == "render" and word.partition("=")[0] in REFUSED:
+                raise Failed(f"{word}: expected a render that goes on where it was, found an option that a farm's tasks cannot have")
+    return lines
+
+
+def asked_of(program, words):
+    """What the command prints as JSON. Failed with what it says itself."""
+    done = subprocess.run([program, *words], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed((done.stderr.strip().splitlines() or [f"equistream {shlex.join(words)}: exit {done.returncode}"])[-1])
+    return json.loads(done.stdout)
+
+
+def measured_frame(program, line, render, folder):
+    """{seconds of a frame, of the start, bytes of a frame}: the middle one, rendered here with few samples and told from them."""
+    words = without(line, {**DROPPED, **PLACED, "--spp": 1})
+    middle = str((render["first_frame"] + render["last_frame"]) // 2)
+    folder.mkdir(parents=True, exist_ok=True)
+    took = {}
+    with tempfile.TemporaryDirectory(prefix="measured-", dir=folder) as out:
+        for samples in sorted({min(render["spp"], each) for each in TRIED_SAMPLES}):
+            began = time.monotonic()
+            report = asked_of(program, [*words, "--spp", str(samples), "--frames", middle, "--out", f"{out}/{samples}", "--json", "--progress", "none"])
+            took[samples] = report["render_s"]
+            start_s = time.monotonic() - began - report["render_s"]
+            size = sum(file.stat().st_size for file in pathlib.Path(out, str(samples)).rglob("*.exr"))
+    fewest, most = min(took), max(took)
+    of_sample = max(0, (took[most] - took[fewest]) / (most - fewest)) if most > fewest else 0
+    return {"frame_s": round(took[most] + of_sample * (render["spp"] - most), 3), "start_s": round(start_s, 3), "bytes": size}
+
+
+def step(name, kind, after=(), words=(), tasks=1, seconds=None, processors=0, limit=None, **more):
+    limit = limit or (LIMIT * seconds + SLACK_S if seconds else None)
+    return {"name": name, "kind": kind, "after": list(after), "words": list(words), "tasks": tasks, "seconds": seconds, "limit": limit, "processors": processors, **more}
+
+
+def divided(render, measured, options):
+    """Frames a task, and tasks a frame."""
+    count = render["last_frame"] - render["first_frame"] + 1
+    if not render["independent"]:
+        if options.parts or options.chunk:
+            raise Failed("expected frames that hang on no other for --chunk and --parts, found --accumulate or --patches, whose frames go on from the one before")
+        return count, 1
+    parts = options.parts or (min(MOST_PARTS, math.ceil(measured["frame_s"] / (60 * options.minutes))) if measured and render["in_parts"] and not options.chunk else 1)
+    if parts > 1 and not render["in_parts"]:
+        raise Failed("--parts: expected a host that renders by tiles, and no --window, found pictures that are rendered whole")
+    if parts > 1:
+        return options.chunk or 1, parts
+    return min(count, options.chunk or max(1, int(60 * options.minutes / max(measured["frame_s"], 1e-3)))), 1
+
+
+def render_steps(name, line, options, program):
+    """The render, what puts its frames together, and what was measured."""
+    render = asked_of(program, [*without(line, DROPPED), "--dry-run", "--json"])
+    if options.frame_seconds is not None:
+        measured = {"frame_s": options.frame_seconds, "start_s": 0.0, "bytes": None}
+    else:
+        measured = measured_frame(program, line, render, options.out.resolve())
+    chunk, parts = divided(render, measured, options)
+    first, last = render["first_frame"], render["last_frame"]
+    tasks = math.ceil((last - first + 1) / chunk) * parts
+    threads = re.search(r"--threads[ =](\d+)", " ".join(line))
+    processors = int(threads[1]) if threads else len(os.sched_getaffinity(0))
+    shared = {"first": first, "last": last, "chunk": chunk, "out": render["out"], "seconds": round(measured["start_s"] + chunk * measured["frame_s"] / parts, 1), "processors": processors}
+    if parts > 1:
+        words = without(line, {**DROPPED, "--frames": 1})
+        whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors)
+        return [step(name, "parts", words=words, tasks=tasks, parts=parts, **shared), whole], measured, last - first + 1
+    gathered = step(f"{name}-whole", "gather", after=[name], of=name, first=first, last=last, chunk=chunk, out=render["out"], command=f"equistream {shlex.join(line)}")
+    return [step(name, "frames", words=without(line, {**DROPPED, **PLACED}), tasks=tasks, **shared), gathered], measured, last - first + 1
+
+
+def study_steps(line, options):
+    import plan
+    from study import arguments as study_arguments
+    study = study_arguments([*line[1:], "--bin", str(options.bin)])
+    return plan.steps(study, line, options.measured or RESULTS, step)
+
+
+def plan_of(options):
+    lines, program = checked_lines(options.job), options.bin.resolve() / "equistream"
+    steps, measured, frames, names = [], {}, 0, set()
+    for number, line in enumerate(lines, start=1):
+        name = line[0] if line[0] not in names else f"{line[0]}-{number}"
+        names.add(name)
+        if line[0] == "render":
+            made, measured[name], count = render_steps(name, line, options, program)
+            frames += count
+        elif line[0] == "study":
+            made = study_steps(line, options)
+        else:
+            made = [step(name, "run", after=[each["name"] for each in steps], words=without(line, DROPPED))]
+        steps += made
+    folder = options.out.resolve()
+    return {"name": re.sub(r"[^A-Za-z0-9._-]", "-", folder.name) or "farm", "job": options.job, "base": os.path.relpath(pathlib.Path.cwd(), folder), "retries": options.retries, "frames": frames,
+            "measured": measured, "steps": steps}
+
+
+def is_same(plan, options):
+    """Whether a plan is of this job: it may be divided anew, and what is finished stays."""
+    return plan["job"] == options.job
+
+
+def hours(each):
+    return (each["all_s"] if "all_s" in each else each["tasks"] * each["seconds"]) / 3600
+
+
+def told(plan):
+    """Lines: a row a step."""
+    yield f"{'step':<16}{'tasks':>8}{'a task, s':>12}{'all, h':>10}   after"
+    for each in plan["steps"]:
+        times = f"{each['seconds']:>12.0f}{hours(each):>10.2f}" if each["seconds"] is not None else " " * 22
+        yield f"{each['name']:<16}{each['tasks']:>8}{times}   {', '.join(each['after'])}".rstrip()
+    for name, of in plan["measured"].items():
+        size = f"; {of['bytes'] / 1e6:.1f} MB a frame" if of["bytes"] else ""
+        yield f"{name}: {of['frame_s']:.3g} s a frame, {of['start_s']:.3g} s to start{size}, on this machine"

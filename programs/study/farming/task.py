@@ -1,0 +1,153 @@
+"""One task of a farm: its command, run until it is done, with progress as the farm's system wants it."""
+
+import argparse
+import json
+import os
+import pathlib
+import shlex
+import signal
+import subprocess
+import sys
+
+from farming.folder import base_of, chunk_folder, chunk_folders, chunks, done_file, frames_in, read_plan
+from gathered import gather
+from options import minutes_text
+from steps import ENDS_WITH_PARENT, Failed, write_whole
+
+USAGE = 2
+"""The exit status of a command that was given wrong words: trying again would not help."""
+
+
+def parsed(parser, words):
+    of_task = argparse.ArgumentParser(prog="equistream farm task", add_help=False)
+    of_task.add_argument("folder", type=pathlib.Path)
+    of_task.add_argument("step")
+    of_task.add_argument("number", type=int, nargs="?", default=0)
+    of_task.add_argument("--system", choices=REPORTS, default="slurm")
+    of_task.error = parser.error
+    return of_task.parse_args(words)
+
+
+# -- progress, as each system wants it
+
+class Lines:
+    """For a log."""
+
+    def step(self, fraction, note):
+        print(f"{'' if fraction is None else f'{100 * fraction:.0f} %, '}{note}", flush=True)
+
+    def failed(self, message):
+        print(f"equistream farm: {message}", file=sys.stderr, flush=True)
+
+
+class OpenJd(Lines):
+    def step(self, fraction, note):
+        if fraction is not None:
+            print(f"openjd_progress: {100 * fraction:.1f}", flush=True)
+        print(f"openjd_status: {note}", flush=True)
+
+    def failed(self, message):
+        print(f"openjd_fail: {message}", flush=True)
+
+
+REPORTS = {"slurm": Lines, "openjd": OpenJd}
+
+
+def tell(line, report):
+    """A line that the command wrote on its standard error: progress in JSON, or a message."""
+    try:
+        told = json.loads(line)
+        total, left = told["total"], told["seconds_left"]
+        report.step(min(1, told["done"] / total) if total else None, told["note"] + (f", about {minutes_text(left)} left" if left else ""))
+    except (ValueError, KeyError, TypeError):
+        print(line.rstrip("\n"), file=sys.stderr, flush=True)
+
+
+# -- the work itself
+
+def processors_of(step):
+    """Threads of a render: as many as Slurm gives the task, where the job does not say."""
+    given = os.environ.get("SLURM_CPUS_PER_TASK")
+    says = any(word.startswith("--threads") for word in step["words"])
+    return ["--threads", given] if given and step["words"][0] == "render" and not says else []
+
+
+def words_of(step, number, folder):
+    """Of the command that a task runs."""
+    words = [*step["words"], *processors_of(step)]
+    if step["kind"] == "frames":
+        first, last = chunks(step)[number]
+        return [*words, "--frames", f"{first}-{last}", "--out", str(chunk_folder(folder.resolve(), step, first, last))]
+    if step["kind"] == "parts":
+        chunk, part = divmod(number, step["parts"])
+        first, last = chunks(step)[chunk]
+        return [*words, "--frames", f"{first}-{last}", "--part", f"{part + 1}/{step['parts']}"]
+    return [*words, *(step["each"][number] if "each" in step else [])] + ([step["numbered"], str(number)] if "numbered" in step else [])
+
+
+class Runner:
+    def __init__(self, program, base, report):
+        self.program, self.base, self.report = program, base, report
+        self.child, self.stopped = None, False
+        signal.signal(signal.SIGTERM, self.stop)
+
+    def stop(self, *_):
+        """The system wants the machine back: the command ends with whole frames."""
+        self.stopped = True
+        if self.child:
+            self.child.terminate()
+
+    def once(self, words):
+        """The command's exit status; below 0: the signal that ended it."""
+        self.child = subprocess.Popen([*ENDS_WITH_PARENT, str(self.program), *words, "--progress", "json"], cwd=self.base, stderr=subprocess.PIPE, text=True, errors="replace")
+        if self.stopped:
+            self.child.terminate()
+        for line in self.child.stderr:
+            tell(line, self.report)
+        return self.child.wait()
+
+    def until_done(self, words, retries):
+        for left in range(retries, -1, -1):
+            status = self.once(words)
+            if status == 0:
+                return
+            why = f"killed by signal {-status}" if status < 0 else f"exit {status}"
+            if self.stopped or status == USAGE or not left:
+                break
+            print(f"equistream farm: {why}; it goes on, {left - 1} more tries after this", file=sys.stderr, flush=True)
+        raise Failed(f"equistream {shlex.join(words)}: {'stopped' if self.stopped else why}; the same task goes on where it was")
+
+
+def gather_frames(step, folder, base):
+    """All that the step's tasks rendered, in the folder that the job names. Failed where a frame is missing."""
+    out = base / step["out"]
+    gather(chunk_folders(folder, step["of"]), out, step["command"])
+    wanted = set(range(step["first"], step["last"] + 1))
+    found = frames_in([out])
+    for stream, numbers in found.items():
+        if missing := sorted(wanted - numbers):
+            raise Failed(f"{out / stream}: expected frames {step['first']} to {step['last']}, found no {missing[0]}{' and others' if missing[1:] else ''}; run the tasks of {step['of']} again")
+    if not found:
+        raise Failed(f"{out}: expected what the tasks of {step['of']} rendered, found nothing; run them again")
+
+
+def run(programs, asked):
+    """Returns the exit status."""
+    report = REPORTS[asked.system]()
+    try:
+        plan = read_plan(asked.folder)
+        step = next((step for step in plan["steps"] if step["name"] == asked.step), None)
+        if step is None or not 0 <= asked.number < step["tasks"]:
+            raise Failed(f"{asked.folder}/plan.json: expected task {asked.number} of a step '{asked.step}', found none")
+        base = base_of(asked.folder, plan)
+        if step["kind"] == "gather":
+            gather_frames(step, asked.folder, base)
+        else:
+            Runner(programs.resolve() / "equistream", base, report).until_done(words_of(step, asked.number, asked.folder), plan["retries"])
+        if step["kind"] not in ("frames", "parts"):
+            write_whole(done_file(asked.folder, step, asked.number), "")
+        report.step(1, "done")
+        return 0
+    except Failed as failure:
+        report.failed(str(failure))
+        return 1

@@ -1,0 +1,252 @@
+"""`equistream farm`: what it divides, what its tasks do, and that frames come out with the bytes of one render, also where programs are killed on the way.
+
+usage: farm_test.py BIN_DIR [CLASS]
+
+Slurm and OpenJd run the farm's own scripts in these systems: the first needs root and Debian's packages, the second openjd-cli of PyPI (EQUISTREAM_OPENJD names
+its program). Where they are missing, the tests say so and are skipped.
+"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import slurm_here
+
+BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+FARM = pathlib.Path(__file__).resolve().parents[3] / "programs/study/farm.py"
+FRAMES = 10
+SKIPPED = 77
+ENVIRONMENT = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}
+RENDER = ("render", "scenes/motion.json", "--frames", f"0-{FRAMES - 1}", "--size", "160x80", "--aovs", "depth,ids", "--seed", "7")
+
+
+class Farm(unittest.TestCase):
+    """A folder with a scene, and what one uninterrupted render of it is."""
+    render = (*RENDER, "--spp", "2")
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_farm_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root, ignore_errors=True)
+        cls.started("scene", "generate", "motion", "--out", "scenes").check_returncode()
+        cls.started(*cls.render, "--out", "whole").check_returncode()
+
+    @classmethod
+    def started(cls, *words):
+        return subprocess.run([str(word) for word in ("equistream", *words)], cwd=cls.root, env=ENVIRONMENT, capture_output=True, text=True)
+
+    def farm(self, *words, status=0):
+        done = self.started("farm", *words)
+        self.assertEqual(done.returncode, status, done.stdout + done.stderr)
+        return done
+
+    def plan(self, folder="farm"):
+        return json.loads((self.root / folder / "plan.json").read_text())
+
+    def run_tasks(self, folder="farm"):
+        for step in self.plan(folder)["steps"]:
+            for number in range(step["tasks"]):
+                self.farm("task", folder, step["name"], number)
+
+    def assert_same_frames(self, folder, whole="whole"):
+        expected, found = ({str(file.relative_to(self.root / name)): file.read_bytes() for file in (self.root / name).rglob("*.exr")} for name in (whole, folder))
+        self.assertEqual(sorted(found), sorted(expected))
+        self.assertEqual([name for name in expected if found[name] != expected[name]], [])
+        one, other = (json.loads((self.root / name / "centre/manifest.json").read_text()) for name in (whole, folder))
+        self.assertEqual({**one, "command": None}, {**other, "command": None})
+
+
+class Divided(Farm):
+    def tearDown(self):
+        for name in ("farm", "frames"):
+            shutil.rmtree(self.root / name, ignore_errors=True)
+
+    def test_by_frames(self):
+        said = self.farm("--chunk", 4, "--frame-seconds", 3, *self.render, "--out", "frames", "--", "encode", "frames", "--out", "frames.mp4").stdout
+        self.assertRegex(said, r"render +3 +12 +0\.01")
+        steps = self.plan()["steps"]
+        self.assertEqual([(step["name"], step["tasks"], step["after"]) for step in steps],
+                         [("render", 3, []), ("render-whole", 1, ["render"]), ("encode", 1, ["render", "render-whole"])])
+        self.farm("task", "farm", "render", 2)
+        self.assertIn("render: 2 of 10 frames", self.farm("status", "farm").stdout)
+        refused = self.farm("task", "farm", "render-whole", status=1).stderr
+        self.assertRegex(refused, r"frames/centre: expected frames 0 to 9, found no 0 and others; run the tasks of render again")
+        self.run_tasks()
+        self.assert_same_frames("frames")
+        self.assertEqual(json.loads((self.root / "frames/centre/manifest.json").read_text())["command"], " ".join(["equistream", *self.render, "--out", "frames"]))
+        self.assertTrue((self.root / "frames.mp4").exists())
+        self.assertEqual(self.farm("status", "farm").stdout.split("\n")[:3], ["render: 10 of 10 frames", "render-whole: 1 of 1 tasks", "encode: 1 of 1 tasks"])
+
+    def test_by_tiles(self):
+        """With what is made of whole pictures: hidden layers are padded, references lie elsewhere in every frame, tiles have other samples."""
+        several = (*RENDER[:2], "--frames", "0-1", *RENDER[4:6], "--spp", "3", "--layers", "--aovs", "all,reference,guides", "--samples", "angle")
+        self.started(*several, "--out", "layered").check_returncode()
+        self.farm("--parts", 3, "--frame-seconds", 1, *several, "--out", "frames")
+        self.assertEqual([(step["name"], step["tasks"]) for step in self.plan()["steps"]], [("render", 6), ("render-whole", 1)])
+        self.run_tasks()
+        self.assert_same_frames("frames", "layered")
+        self.assertEqual(list((self.root / "frames").rglob("*.part")), [], "what was put together is kept once")
+        self.assertIn("0 frames rendered, 2 kept", self.farm("task", "farm", "render", 0).stdout)
+
+    def test_a_part_that_is_missing_or_changed_is_refused(self):
+        words = (*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--out", "frames")
+        self.started(*words, "--part", "1/2").check_returncode()
+        refused = self.started(*words, "--part", "all/2")
+        self.assertIn("frames/centre/part-2-of-2/frame.0000.part: expected part 2 of the frame, found No such file", refused.stderr)
+        self.started(*words, "--part", "2/2").check_returncode()
+        file = self.root / "frames/centre/part-2-of-2/frame.0000.part"
+        good = file.read_bytes()
+        for name, bad in (("cut", good[:-1]), ("changed", good[:-1] + bytes([good[-1] ^ 1])), ("of another part", (file.parents[1] / "part-1-of-2" / file.name).read_bytes()), ("empty", b""),
+                          ("longer", good + b"x"), ("huge", good * 3)):
+            with self.subTest(name):
+                file.write_bytes(bad)
+                refused = self.started(*words, "--part", "all/2")
+                self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (2, 1), refused.stderr)
+                self.assertIn("frame.0000.part: expected", refused.stderr)
+                self.assertFalse((self.root / "frames/centre/frame.0000.exr").exists())
+        file.write_bytes(good)
+        self.started(*words, "--part", "all/2").check_returncode()
+
+    def test_what_tasks_take_is_measured(self):
+        self.farm("--minutes", "0.1", *self.render, "--out", "frames", "--json")
+        plan = self.plan()
+        measured, render = plan["measured"]["render"], plan["steps"][0]
+        self.assertGreater(measured["frame_s"], 0)
+        self.assertGreater(measured["bytes"], 1000)
+        self.assertEqual(render["chunk"], min(FRAMES, max(1, int(6 / measured["frame_s"]))))
+        self.assertGreater(render["limit"], render["seconds"])
+
+    def test_frames_that_hang_on_others_are_one_task(self):
+        self.farm("--frame-seconds", 600, *self.render, "--accumulate", "4", "--out", "frames")
+        self.assertEqual(self.plan()["steps"][0]["tasks"], 1)
+        refused = self.farm("--out", "other", "--chunk", 2, "--frame-seconds", 1, *self.render, "--accumulate", "4", "--out", "frames", status=1)
+        self.assertIn("expected frames that hang on no other for --chunk and --parts, found --accumulate", refused.stderr)
+
+    def test_a_killed_program_goes_on(self):
+        """By a program in place of the dispatcher that is killed the first two times; the third, it renders."""
+        self.farm("--chunk", FRAMES, "--frame-seconds", 1, *self.render, "--out", "frames")
+        programs = self.root / "programs"
+        programs.mkdir()
+        (programs / "equistream").write_text(f'#!/bin/sh\necho again >> {self.root}/tries\n[ $(wc -l < {self.root}/tries) -lt 3 ] && kill -9 $$\nexec {BIN}/equistream "$@"\n')
+        (programs / "equistream").chmod(0o755)
+        done = subprocess.run([sys.executable, "-B", FARM, "--bin", programs, "task", "farm", "render", "0"], cwd=self.root, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr.count("killed by signal 9; it goes on"), 2, done.stderr)
+
+    def test_mistakes_are_told_in_a_line(self):
+        for words, expected in ((("render", "scenes/motion.json", "--out", "frames", "--sizes", "8x8"), "--sizes: no such option; did you mean --size?"),
+                                (("render", "scenes/motion.json", "--frames", "90-99", "--out", "frames"), "expected frames within the path's 0-30"),
+                                (("render", "none.json", "--out", "frames"), "none.json"),
+                                ((*self.render, "--overwrite", "--out", "frames"), "--overwrite: expected a render that goes on where it was"),
+                                (("view", "a.mp4"), "expected a job of render, encode, play, compare, study, or status, found 'view'"),
+                                ((*self.render, "--out", "frames", "--", "farm"), "expected jobs of"), (("--chunks", "2", *self.render), "did you mean --chunk?"),
+                                (("status", "nowhere"), "nowhere/plan.json: expected what equistream farm writes, found none"),
+                                (("task", "nowhere", "render", "0"), "nowhere/plan.json: expected"), ((), "expected a job")):
+            with self.subTest(" ".join(words)):
+                done = self.started("farm", *words)
+                self.assertIn(done.returncode, (1, 2))
+                self.assertIn(expected, done.stderr)
+                self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+    def test_another_job_is_not_mixed_in(self):
+        self.farm("--chunk", 4, "--frame-seconds", 3, *self.render, "--out", "frames")
+        self.assertIn("expected the farm of this job", self.farm("--frame-seconds", 3, *self.render, "--out", "others", status=1).stderr)
+
+
+class InSystems(Farm):
+    """The farm's own scripts, in the system that they are for, with a render killed in the middle."""
+    render = (*RENDER, "--spp", "16")
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.started("encode", "whole", "--out", "whole.mp4").check_returncode()
+
+    def setUp(self):
+        self.farm("--chunk", 3, "--frame-seconds", 1, *self.render, "--out", "frames", "--", "encode", "frames", "--out", "frames.mp4")
+
+    def renders_of(self, first):
+        """Processes that render the chunk from this frame on."""
+        found = []
+        for folder in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                words = (folder / "cmdline").read_bytes().split(b"\0")
+            except OSError:
+                continue
+            if words[0].startswith(b"equistream render") and any(word.startswith(str(self.root).encode()) and f"parts/render/{first:06}-".encode() in word for word in words):
+                found.append(int(folder.name))
+        return found
+
+    def in_the_middle(self, first, patience_s=300):
+        """Waits until the chunk from this frame on has a frame, and not all; its render."""
+        end = time.monotonic() + patience_s
+        while time.monotonic() < end:
+            there = list((self.root / "farm/parts/render").glob(f"{first:06}-*/centre/frame.*.exr"))
+            renders = self.renders_of(first)
+            self.assertLess(len(there), 3, "the chunk was done before it could be killed")
+            if there and renders:
+                return renders[0]
+            time.sleep(0.01)
+        self.fail(f"expected a render of frames from {first} on")
+
+    def assert_all_is_the_same(self):
+        self.assert_same_frames("frames")
+        self.assertEqual((self.root / "frames.mp4").read_bytes(), (self.root / "whole.mp4").read_bytes())
+
+
+@unittest.skipIf(slurm_here.missing(), slurm_here.missing())
+class Slurm(InSystems):
+    def test_the_farm(self):
+        with tempfile.TemporaryDirectory(prefix="equistream_slurm_") as folder, slurm_here.Slurm(folder) as slurm:
+            slurm.run("sh", self.root / "farm/submit.sh", PATH=ENVIRONMENT["PATH"])
+            os.kill(self.in_the_middle(3), signal.SIGKILL)
+            self.in_the_middle(6)
+            task = next(job for job, name, *_ in slurm.jobs() if job.endswith("_2"))
+            slurm.run("scontrol", "requeue", task)
+            slurm.until(lambda: any(job[0] == task and job[2] == "PENDING" for job in slurm.jobs()), "the task back in the queue")
+            slurm.run("scontrol", "update", f"JobId={task}", "StartTime=now")  # else it waits for two minutes
+            slurm.until(lambda: not slurm.jobs(), "an empty queue", 300)
+        logs = {file.name: file.read_text() for file in (self.root / "farm/logs").iterdir()}
+        told = "\n".join(logs.values())
+        self.assertEqual(told.count("killed by signal 9; it goes on"), 1, told)
+        requeued = next(text for name, text in logs.items() if name.endswith("_2.log"))
+        self.assertRegex(requeued, r"[1-3] of 3 frames are finished and kept")
+        self.assertRegex(told, r"100 %, centre frame 9")
+        self.assert_all_is_the_same()
+
+
+OPENJD = os.environ.get("EQUISTREAM_OPENJD") or shutil.which("openjd")
+
+
+@unittest.skipUnless(OPENJD, "no openjd here (pip install openjd-cli==0.8.0; EQUISTREAM_OPENJD names it)")
+class OpenJd(InSystems):
+    def test_the_farm(self):
+        template = self.root / "farm/template.json"
+        checked = subprocess.run([OPENJD, "check", template], capture_output=True, text=True)
+        self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+        with open(self.root / "said", "w") as said:
+            job = subprocess.Popen([OPENJD, "run", template, "--step", "encode", "--run-dependencies"], cwd="/", env=ENVIRONMENT, stdout=said, stderr=said)
+            try:
+                os.kill(self.in_the_middle(3), signal.SIGKILL)
+                status = job.wait(600)
+            finally:
+                job.kill()
+        told = (self.root / "said").read_text()
+        self.assertEqual(status, 0, told)
+        self.assertEqual(told.count("killed by signal 9; it goes on"), 1, told)
+        self.assertIn("openjd_progress: 100.0", told)
+        self.assertRegex(told, r"openjd_status: centre frame 8")
+        self.assert_all_is_the_same()
+
+
+if __name__ == "__main__":
+    ran = unittest.main(exit=False).result
+    sys.exit(SKIPPED if ran.wasSuccessful() and ran.testsRun == len(ran.skipped) > 0 else not ran.wasSuccessful())
