@@ -1,5 +1,6 @@
 """What makes a site of docs/ as it lies in the repository: the README is the home page, and whatever else pages link to outside docs/ gets a page of its own."""
 
+import json
 import posixpath
 import re
 import subprocess
@@ -43,7 +44,23 @@ def source_page(path):
         names = listed.stdout.split() or sorted(str(found.relative_to(ROOT)) for found in file.rglob("*") if found.is_file())
         return f"# {path}\n\n" + "".join(f"- `{name}`\n" for name in names)
     text = file.read_text()
+    if file.suffix == ".ipynb":
+        return notebook(json.loads(text))
     return text if file.suffix == ".md" else f"# {path}\n\n~~~~~~ {LANGUAGES.get(file.suffix, 'text')}\n{text}\n~~~~~~\n"
+
+
+def notebook(of):
+    """Its cells, with what they printed and drew."""
+    parts = []
+    for cell in of["cells"]:
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"~~~~~~ python\n{text}\n~~~~~~")
+        for output in cell.get("outputs", []):
+            if output["output_type"] == "stream":
+                parts.append(f"~~~~~~ text\n{''.join(output['text'])}~~~~~~")
+            elif "image/png" in output.get("data", {}):
+                parts.append(f"![Figure of the cell above](data:image/png;base64,{output['data']['image/png']})")
+    return "\n\n".join(parts) + "\n"
 
 
 def links(source):

@@ -1,8 +1,8 @@
 """Beside Mitsuba: plugins found in either order and for every variant, renders as frames, one Embree, clear refusals."""
 
+import json
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import sys
@@ -10,9 +10,9 @@ import sys
 import equistream as es
 import numpy as np
 import pytest
-from PIL import Image
 
-from conftest import SOURCE, python_md
+from conftest import BIN, SOURCE, python_md
+from notebook import run as run_notebook
 
 PACKAGE = pathlib.Path(es.__file__).parent
 CASE = """
@@ -241,11 +241,17 @@ def test_python_md(tmp_path, monkeypatch):
     assert len(list((tmp_path / "cornell" / "centre").glob("*.exr"))) == 2
 
 
-def test_example(tmp_path):
-    result = subprocess.run([sys.executable, SOURCE / "client/python/examples/reproject.py", tmp_path / "eyes.png"],
-                            capture_output=True, text=True, timeout=600)
-    assert result.returncode == 0, result.stderr
-    decibels = float(re.search(r"render of it: ([0-9.]+) dB", result.stdout).group(1))
-    assert decibels > 28, result.stdout
-    picture = np.asarray(Image.open(tmp_path / "eyes.png"))
-    assert picture.shape == (544, 1536, 3) and picture[300:, :768].mean() > 20
+def test_notebook(tmp_path, monkeypatch):
+    file = SOURCE / "client/python/examples/reproject.ipynb"
+    assert file.stat().st_size < 150_000
+    notebook = json.loads(file.read_text())
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", f"{BIN}{os.pathsep}{os.environ['PATH']}")
+    outputs, names = run_notebook(notebook)
+    assert names["source"] == "cornell.mp4" and (tmp_path / "cornell.mp4").stat().st_size > 10_000
+    turned, by_depth = names["found"].values()
+    assert abs(turned[0] - by_depth[0]) < 1 and by_depth[0] > 30, names["found"]
+    assert min(by_depth) > 25 and turned[-1] < by_depth[-1] - 5, names["found"]
+    # What is kept in the file is what a run leaves: as many pictures and lines.
+    kept = [cell["outputs"] for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert [[output["output_type"] for output in cell] for cell in kept] == [[output["output_type"] for output in cell] for cell in outputs]

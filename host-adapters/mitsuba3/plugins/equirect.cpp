@@ -43,7 +43,8 @@ Spherical camera (:monosp:`equirect`)
  * - ods_pole
    - |string|
    - ``merge``: the eyes of omnidirectional stereo come together towards the poles; ``none``: they do not.
-     (Default: ``merge``)
+     Exposed as ``ods_pole_merges``, true or false. (Default: ``merge``)
+   - |exposed|
 
  * - ods_merge_from, ods_merge_to
    - |float|

@@ -31,7 +31,7 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
  * - object_id, material_id, instance_id
    - |int| array
    - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order, or a single 0; 0
-stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
+     stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
    - |exposed|
 
  * - first_face, face_entry
@@ -96,8 +96,8 @@ float16, rounds distances and ids in files, which is warned of), :monosp:`specfi
 Limits:
 
 - It must be the outermost integrator.
-- Of colour alone there are gradients: ``render_forward`` and ``render_backward`` are the nested integrator's, and those
-of geometry planes are 0.
+- Of colour alone there are gradients: ``render_forward`` and ``render_backward`` are the nested integrator's, and
+  those of geometry planes are 0.
 - The film's raw storage is left with weight 1 in every pixel.
 - Whether a glossy surface is sharp is judged by 16 samples of its lobes: alphas from 0.043 to 0.057 may go either way.
 - Mirrors below a shape group are taken to be flat, and all mirrors to stand still from frame to frame.
