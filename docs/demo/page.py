@@ -1,11 +1,12 @@
 """Makes the demo's page from what the chain left in a folder: one file, pictures inside, that works from disk.
 
-usage: page.py OUT   (OUT holds sphere/, truth/, eyes/, rotated/, pictures/, pavilion.mp4 and the JSON reports)
+usage: page.py OUT   (OUT holds sphere/, eyes/, rotated/, turned/, moved/, pictures/, commands.txt and the JSON reports)
 """
 
 import base64
 import html
 import json
+import os
 import pathlib
 import sys
 
@@ -17,12 +18,13 @@ AOV_CAPTIONS = {
     "albedo": "Albedo.",
     "object_id": "Object ids.",
 }
+DOCS = pathlib.Path(__file__).resolve().parents[1]
+LINKS = {"guide/tutorial.md": "Tutorial", "guide/concepts.md": "Concepts", "guide/gallery.md": "Gallery", "compare.md": "What the figures mean", "guide/README.md": "All pages"}
 STAGES = ["decode", "convert", "depth", "reproject", "fill"]
 
 
 def data_uri(file):
-    kind = {".png": "image/png", ".jpg": "image/jpeg", ".mp4": "video/mp4"}[file.suffix]
-    return f"data:{kind};base64,{base64.b64encode(file.read_bytes()).decode()}"
+    return f"data:image/png;base64,{base64.b64encode(file.read_bytes()).decode()}"
 
 
 def read_json(file):
@@ -30,7 +32,7 @@ def read_json(file):
 
 
 def figure(source, caption):
-    return f'<figure><img src="{source}" alt=""><figcaption>{html.escape(caption)}</figcaption></figure>'
+    return f'<figure><img src="{source}" alt="{html.escape(caption)}"><figcaption>{html.escape(caption)}</figcaption></figure>'
 
 
 def table(head, rows):
@@ -42,6 +44,12 @@ def decibels(value):
     return "identical" if value is None else f"{value:.2f} dB"
 
 
+def whole(score):
+    """Where the truths' noise hides the error, its bound."""
+    error = score["whole"]["display"]
+    return f'more than {error["db_low"]:.1f} dB' if error["only_bounded"] else decibels(error["db"])
+
+
 class Results:
     """The reports of one run of the chain, and the frame that the page shows: the middle one."""
 
@@ -49,6 +57,7 @@ class Results:
         self.out = out
         self.play = {name: read_json(out / name / "report.json") for name in ("eyes", "rotated")}
         self.scores = {name: read_json(out / name / "compare.json") for name in ("eyes", "rotated")}
+        self.ceiling = read_json(out / "ceiling.json")
         frames = sorted((out / "eyes" / "left").glob("frame.*.png"))
         self.frame = frames[len(frames) // 2].name
 
@@ -64,8 +73,10 @@ class Results:
         for name, title in (("eyes", "eye-depth: by depth, gaps filled"), ("rotated", "rotation: turned only")):
             for eye, score in self.scores[name]["eyes"].items():
                 gaps = self.play[name]["eyes"][eye]["gap_fraction"]
-                rows.append([title, eye, decibels(score["psnr_db"]), f'{score["ssim"]:.4f}', f"{100 * gaps:.2f} %"])
-        return table(["method", "eye", "PSNR to the truth", "SSIM", "not seen by the sphere"], rows)
+                rows.append([title, eye, whole(score), decibels(score["psnr_db"]), f'{score["ssim"]:.4f}', f"{100 * gaps:.2f} %"])
+        for eye, score in self.ceiling["eyes"].items():
+            rows.append(["ceiling: one truth beside the other", eye, "", decibels(score["psnr_db"]), f'{score["ssim"]:.4f}', ""])
+        return table(["method", "eye", "whole error", "PSNR to a truth, its noise included", "SSIM", "not seen by the sphere"], rows)
 
     def cost_table(self):
         times = self.play["eyes"]["milliseconds"]
@@ -80,7 +91,8 @@ class Results:
 
     def wipes(self):
         return "".join(
-            f'<figure><div class="wipe"><img src="{self.view("eyes", eye)}" alt=""><img src="{self.picture(eye, "colour")}" alt="">'
+            f'<figure><div class="wipe"><img src="{self.view("eyes", eye)}" alt="{eye.capitalize()} eye, reprojected">'
+            f'<img src="{self.picture(eye, "colour")}" alt="{eye.capitalize()} eye, path traced">'
             f'<input type="range" min="0" max="100" value="50" aria-label="wipe"></div>'
             f"<figcaption>{eye.capitalize()} eye: reprojected | truth</figcaption></figure>"
             for eye in ("left", "right"))
@@ -92,10 +104,19 @@ class Results:
                     for eye in ("left", "right")]
         return "".join(figures)
 
+    def heads(self):
+        """As a list of pairs in JSON: what is seen at each place of the head, turned only and with depth."""
+        places = sorted((self.out / "heads").glob("*.csv"))
+        return json.dumps([[data_uri(next((self.out / how / place.stem / "left").glob("*.png"))) for how in ("turned", "moved")] for place in places])
+
+    def reach_cm(self):
+        return f'{100 * read_json(self.out / "sphere" / "centre" / "manifest.json")["lean_m"]:g}'
+
     def commands(self):
-        reports = [read_json(self.out / "sphere" / "centre" / "manifest.json"), read_json(self.out / "truth" / "left" / "manifest.json"),
-                   *self.play.values(), *self.scores.values()]
-        return html.escape("\n".join(report["command"] for report in reports))
+        return html.escape((self.out / "commands.txt").read_text())
+
+    def links(self):
+        return " &middot; ".join(f'<a href="{os.path.relpath(DOCS / page, self.out.resolve())}">{text}</a>' for page, text in LINKS.items())
 
 
 def main():
@@ -108,7 +129,9 @@ def main():
         "GAPS": results.gaps(),
         "LEFT": results.view("eyes", "left"),
         "RIGHT": results.view("eyes", "right"),
-        "VIDEO": data_uri(out / "pavilion.mp4"),
+        "HEADS": results.heads(),
+        "REACH": results.reach_cm(),
+        "LINKS": results.links(),
         "SPHERE": results.picture("sphere", "colour"),
         "YAW": "0",
         "TABLES": "<h3>Quality</h3>" + results.quality_table() + "<h3>Time and bytes</h3>" + results.cost_table(),

@@ -8,11 +8,12 @@ import html.parser
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 
-KINDS = {"image/png": b"\x89PNG", "video/mp4": b"ftyp"}
+PNG = b"\x89PNG"
 SMALL = {"EQUISTREAM_DEMO_FRAMES": "60-61", "EQUISTREAM_DEMO_SPHERE": "512x256", "EQUISTREAM_DEMO_EYE": "128x72", "EQUISTREAM_DEMO_SPP": "2"}
 
 
@@ -21,11 +22,14 @@ class Page(html.parser.HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.sources, self.text = [], []
+        self.sources, self.links, self.alts, self.text = [], [], [], []
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
-        self.sources += [value for name, value in attributes if name in ("src", "href")]
+        values = dict(attributes)
+        self.sources += [values["src"]] if "src" in values else []
+        self.links += [values["href"]] if "href" in values else []
+        self.alts += [values.get("alt")] if tag == "img" else []
 
     def handle_data(self, data):
         self.text.append(data.strip())
@@ -43,20 +47,35 @@ def check_sources(sources):
     assert len(sources) > 12, sources
     for source in sources:
         head, _, data = source.partition(";base64,")
-        assert head.startswith("data:") and data, f"expected data inside the page, found {source[:80]}"
-        found = base64.b64decode(data, validate=True)
-        assert KINDS[head.removeprefix("data:")] in found[:16], head
+        assert head == "data:image/png" and data, f"expected data inside the page, found {source[:80]}"
+        assert base64.b64decode(data, validate=True).startswith(PNG), head
+
+
+def check_heads(written):
+    """Nine places: turned only they show one picture, with depth each its own."""
+    heads = json.loads(re.search(r"const heads = (\[.*?\]\])", written)[1])
+    turned, moved = zip(*heads)
+    assert len(heads) == 9 and len(set(turned)) == 1 and len(set(moved)) == 9, [len(set(turned)), len(set(moved))]
+
+
+def check_commands(out, text):
+    run = (out / "commands.txt").read_text()
+    for command in ("scene generate", "render", "encode", "play", "compare"):
+        assert f"equistream {command} " in run, run
+    assert run.strip() in text, "expected the commands on the page"
 
 
 def check_figures(out, text):
     scores = json.loads((out / "eyes/compare.json").read_text())["eyes"]
+    ceiling = json.loads((out / "ceiling.json").read_text())["eyes"]
     for eye, score in scores.items():
-        assert f'{score["psnr_db"]:.2f} dB' in text, f"{eye}: expected {score['psnr_db']:.2f} dB on the page, found {text}"
+        for level in (score["psnr_db"], score["whole"]["display"]["db"], ceiling[eye]["psnr_db"]):
+            assert f"{level:.2f} dB" in text, f"{eye}: expected {level:.2f} dB on the page, found {text}"
     played = json.loads((out / "eyes/report.json").read_text())
     total = sum(figures["bytes"] for figures in played["bytes"]["input"].values())
     assert total > 0 and any("kB a frame" in words for words in text), text
     rotated = json.loads((out / "rotated/compare.json").read_text())["eyes"]
-    assert all(scores[eye]["psnr_db"] > rotated[eye]["psnr_db"] for eye in scores), (scores, rotated)
+    assert all(scores[eye]["whole"]["display"]["db"] > rotated[eye]["whole"]["display"]["db"] for eye in scores), (scores, rotated)
 
 
 def main():
@@ -67,6 +86,10 @@ def main():
         written = (out / "index.html").read_text()
         page = Page(written)
         check_sources(page.sources)
+        assert all(page.alts), page.alts
+        assert page.links and all((out / link).resolve().exists() for link in page.links), page.links
+        check_heads(written)
+        check_commands(out, page.text)
         check_figures(out, page.text)
         renders = (out / "sphere/centre/manifest.json").stat().st_mtime_ns
         run_chain(programs, demo, out)
