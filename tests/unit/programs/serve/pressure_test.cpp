@@ -104,6 +104,18 @@ TEST_F(Serving, OverTlsWhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
     EXPECT_EQ(server.log().find(secret), std::string::npos);
 }
 
+TEST_F(Serving, NoMoreThanSoManyAreWaitedForToShowThatTheyKnowTheSecret) {
+    record("a.mkv");
+    Server server({path("a.mkv"), "--listen", "tls://:0"}, place());
+    const std::string url = server.url();
+    std::vector<std::unique_ptr<Viewer>> silent;
+    for (int i = 0; i < 65; ++i)
+        silent.push_back(std::make_unique<Viewer>(server.port()));
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: 64 are arriving already") == 1; }));
+    silent.clear();
+    EXPECT_TRUE(comes_true([&] { return run("info --json " + url).status == 0; })) << server.log();
+}
+
 TEST_F(Serving, ASecretIsKeptInAFile) {
     record("a.mkv");
     const std::string file = path("secret");
