@@ -1,5 +1,7 @@
 #include "address.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <string_view>
 #include <utility>
@@ -8,28 +10,34 @@ namespace equistream {
 
 namespace {
 
-constexpr std::string_view plain = "tcp://", encrypted = "tls://";
+/// In the order of Scheme; all are as long as each other.
+constexpr std::array<std::string_view, 3> schemes{"tcp://", "tls://", "srt://"};
+constexpr std::size_t scheme_chars = schemes[0].size();
+
+std::optional<Scheme> scheme_of(std::string_view text) {
+    const auto found = std::ranges::find(schemes, text.substr(0, scheme_chars));
+    return found == schemes.end() ? std::nullopt : std::optional(Scheme(found - schemes.begin()));
+}
 
 }  // namespace
 
 std::string ServerAddress::text() const {
     const bool is_ipv6 = host.find(':') != std::string::npos;
-    return std::string(encrypted ? equistream::encrypted : plain) + (is_ipv6 ? "[" + host + "]" : host) + ":" +
-           std::to_string(port);
+    return std::string(schemes[std::size_t(scheme)]) + (is_ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
 }
 
 std::string ServerAddress::text_with_secret() const {
     std::string all = text();
-    return secret.empty() ? all : all.insert(equistream::encrypted.size(), secret + "@");
+    return secret.empty() ? all : all.insert(scheme_chars, secret + "@");
 }
 
 std::optional<ServerAddress> parse_server_address(const std::string& source) {
-    ServerAddress address;
-    if (!names_server(source))
+    const auto scheme = scheme_of(source);
+    if (!scheme)
         return std::nullopt;
-    address.encrypted = source.starts_with(encrypted);
-    std::string_view rest = std::string_view(source).substr(plain.size());
-    if (const auto at = rest.rfind('@'); address.encrypted && at != std::string_view::npos) {
+    ServerAddress address{.scheme = *scheme};
+    std::string_view rest = std::string_view(source).substr(scheme_chars);
+    if (const auto at = rest.rfind('@'); is_encrypted(*scheme) && at != std::string_view::npos) {
         address.secret = rest.substr(0, at);
         rest.remove_prefix(at + 1);
     }
@@ -50,17 +58,18 @@ std::optional<ServerAddress> parse_server_address(const std::string& source) {
 }
 
 bool names_server(const std::string& source) {
-    return source.starts_with(plain) || source.starts_with(encrypted);
+    return scheme_of(source).has_value();
 }
 
 std::string without_secrets(std::string text) {
-    for (std::size_t found = text.find(encrypted); found != std::string::npos; found = text.find(encrypted, found)) {
-        found += encrypted.size();
-        const std::size_t end = text.find_first_of(" \t\n'\"", found);
-        const std::size_t at = text.rfind('@', end);
-        if (at != std::string::npos && at > found)
-            text.replace(found, at - found, "***");
-    }
+    for (const std::string_view scheme : schemes)
+        for (std::size_t found = text.find(scheme); found != std::string::npos; found = text.find(scheme, found)) {
+            found += scheme_chars;
+            const std::size_t end = text.find_first_of(" \t\n'\"", found);
+            const std::size_t at = text.rfind('@', end);
+            if (at != std::string::npos && at > found)
+                text.replace(found, at - found, "***");
+        }
     return text;
 }
 

@@ -93,7 +93,7 @@ std::string make_secret() {
 
 void require_secret(const std::string& secret, const std::string& where) {
     if (secret.size() < min_secret_chars || secret.size() > max_secret_chars)
-        throw InputError(expected_found(where, "a secret of 16 to 128 characters", std::to_string(secret.size())));
+        throw InputError(expected_found(where, "a secret of 16 to 79 characters", std::to_string(secret.size())));
     if (!std::ranges::all_of(secret, is_visible))
         throw InputError(expected_found(where, "a secret of visible characters other than @", "another one"));
 }

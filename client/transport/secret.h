@@ -14,12 +14,12 @@
 
 namespace equistream {
 
-inline constexpr std::size_t min_secret_chars = 16, max_secret_chars = 128;
+inline constexpr std::size_t min_secret_chars = 16, max_secret_chars = 79;
 
 /// 130 random bits, as letters and digits.
 std::string make_secret();
 
-/// Throws InputError naming `where` unless it has 16 to 128 characters, all of them visible and none '@'.
+/// Throws InputError naming `where` unless it has 16 to 79 characters, all of them visible and none '@'.
 void require_secret(const std::string& secret, const std::string& where);
 
 /// The first line of a file. One that is not there is made, with a new secret, for its owner alone. Throws InputError

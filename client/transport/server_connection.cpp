@@ -2,6 +2,7 @@
 
 #include "address.h"
 #include "secret.h"
+#include "srt_wire.h"
 #include "wire.h"
 
 #include <equistream/error.h>
@@ -37,17 +38,18 @@ struct Problem {
     std::string expected, found;
 };
 
-std::shared_ptr<asio::ssl::context> context_for(const ServerAddress& address) {
-    if (!address.encrypted)
-        return nullptr;
+/// The address's, or the environment's; of tcp:// none.
+std::string secret_for(const ServerAddress& address) {
+    if (!is_encrypted(address.scheme))
+        return {};
     const char* const variable = std::getenv(secret_variable);
     const std::string secret = address.secret.empty() && variable != nullptr ? variable : address.secret;
     const std::string where = address.text();
     if (secret.empty())
-        throw InputError(expected_found(
-            where, std::string("the server's secret: tls://SECRET@HOST:PORT, or ") + secret_variable, "none"));
+        throw InputError(
+            expected_found(where, std::string("the server's secret: SECRET@HOST:PORT, or ") + secret_variable, "none"));
     require_secret(secret, where);
-    return secret_context(secret, TlsRole::client);
+    return secret;
 }
 
 }  // namespace
@@ -58,7 +60,9 @@ public:
     enum class Waited { done, interrupted, too_long };
 
     Line(const ServerAddress& address, double silence_s)
-        : context_(context_for(address)), silence_s_(silence_s), thread_([this] { io_.run(); }) {
+        : scheme_(address.scheme), secret_(secret_for(address)),
+          context_(scheme_ == Scheme::tls ? secret_context(secret_, TlsRole::client) : nullptr), silence_s_(silence_s),
+          thread_([this] { io_.run(); }) {
         asio::post(io_, [this, address] { resolve(address); });
     }
     ~Line() {
@@ -124,7 +128,10 @@ private:
                                 [this](const asio::error_code& error, const tcp::resolver::results_type& found) {
                                     if (error)
                                         return fail("a server", error);
-                                    connect(found);
+                                    if (scheme_ == Scheme::srt)
+                                        connect_by_srt(*found.begin());
+                                    else
+                                        connect(found);
                                 });
     }
     void connect(const tcp::resolver::results_type& found) {
@@ -132,13 +139,23 @@ private:
             if (error)
                 return fail("a server", error);
             set_patience(socket_, silence_s_);
-            wire_ = context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_));
-            wire_->open([this](const asio::error_code& refused) {
-                if (refused)
-                    return fail("a server that knows the secret", refused);
-                change([this] { is_open_ = true; });
-                read();
-            });
+            open(context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_)));
+        });
+    }
+    void connect_by_srt(const tcp::endpoint& server) {
+        try {
+            open(srt_wire(io_.get_executor(), {server.address(), server.port()}, {secret_, silence_s_}));
+        } catch (const WorkError& error) {
+            change([&] { problem_ = {"a connection by SRT", error.what()}; });
+        }
+    }
+    void open(std::unique_ptr<Wire> wire) {
+        wire_ = std::move(wire);
+        wire_->open([this](const asio::error_code& refused) {
+            if (refused)
+                return fail("a server that knows the secret", refused);
+            change([this] { is_open_ = true; });
+            read();
         });
     }
     void fail(const std::string& expected, const asio::error_code& error) {
@@ -185,7 +202,9 @@ private:
     std::size_t begin_ = 0;
     std::vector<std::uint8_t> unsent_;  // not empty: the thread is sending it
 
-    std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
+    Scheme scheme_;
+    std::string secret_;
+    std::shared_ptr<asio::ssl::context> context_;  // of tls://
     double silence_s_;
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
@@ -202,7 +221,8 @@ ServerConnection::ServerConnection(const std::string& address, PoseSender* poses
     const auto server = parse_server_address(address);
     if (!server || server->host.empty() || server->port == 0)
         throw InputError(expected_found(without_secrets(address),
-                                        "tcp://HOST:PORT with a port of 1 to 65535, or tls:// so", "another address"));
+                                        "tcp://HOST:PORT with a port of 1 to 65535, or tls:// or srt:// so",
+                                        "another address"));
     line_ = std::make_unique<Line>(*server, patience_.silence_s);
     switch (line_->wait_until_open(patience_.connect_s, interrupted_)) {
     case Line::Waited::too_long:

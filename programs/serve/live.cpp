@@ -51,9 +51,9 @@ constexpr std::chrono::seconds time_to_take_the_rest{2};
 
 class Live {
 public:
-    Live(asio::io_context& io, asio::signal_set& stop, Door door, const LiveSettings& settings)
+    Live(asio::io_context& io, asio::signal_set& stop, std::unique_ptr<Door> door, const LiveSettings& settings)
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
-          server_(std::move(door), stream_, settings.server), encoder_(settings.coding),
+          server_(io, std::move(door), stream_, settings.server), encoder_(settings.coding),
           pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), timer_(io) {
         start_renderer();
     }
@@ -298,8 +298,8 @@ private:
 
 }  // namespace
 
-LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, Door door, const LiveSettings& settings,
-                       const std::function<void()>& listening) {
+LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, std::unique_ptr<Door> door,
+                       const LiveSettings& settings, const std::function<void()>& listening) {
     return Live(io, stop, std::move(door), settings).run(listening);
 }
 

@@ -32,6 +32,7 @@ struct Options {
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
     std::string progress = "auto";
+    double mbit_s = 0;
     bool open = false, loop = false, json = false;
 };
 
@@ -39,6 +40,7 @@ void check(const Options& options) {
     const ServerSettings& server = options.live.settings.server;
     cli::require(server.patience_s >= 0.1 && server.patience_s <= max_patience_s, "--patience", "0.1 to 86400 s",
                  in_words(server.patience_s));
+    cli::require(options.mbit_s >= 0 && options.mbit_s <= 1e5, "--mbit", "0 to 100000", in_words(options.mbit_s));
     cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
     cli::require(server.per_address.value_or(1) >= 1, "--per-address", "at least 1",
                  std::to_string(server.per_address.value_or(1)));
@@ -94,7 +96,7 @@ void report(const Options& options, const LiveFigures& figures) {
 
 ServerAddress listen_address(const std::string& listen) {
     auto address = parse_server_address(listen);
-    cli::require(address.has_value(), "--listen", "tcp://HOST:PORT or tls://HOST:PORT with a port of 0 to 65535",
+    cli::require(address.has_value(), "--listen", "tcp://HOST:PORT, tls:// or srt:// so, with a port of 0 to 65535",
                  "'" + without_secrets(listen) + "'");
     return *address;
 }
@@ -117,44 +119,41 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
 /// Where viewers may come, and what ends it.
 struct Entrance {
     asio::io_context io{1};
-    Door door;
+    ServerAddress wanted;
+    std::string secret;  ///< of tcp:// none
+    std::unique_ptr<Door> door;
     asio::signal_set stop;
     ServerAddress address;  ///< as it listens; with the secret where nobody else knows it
 
-    explicit Entrance(const Options& options) : Entrance(options, listen_address(options.listen)) {}
-
-    /// Says who can come.
-    void open(cli::ProgressStyle log) {
-        asio::error_code error;
-        door.acceptor.listen(asio::socket_base::max_listen_connections, error);
-        cli::require(!error, "--listen " + address.text(), "an address that is free", error.message());
-        if (is_local())
-            return;
-        log_note(log, door.context ? "whoever knows the secret and reaches " + address.text() +
-                                         " can watch, and steer a scene (docs/security.md)"
-                                   : "whoever reaches " + address.text() +
-                                         " can watch, and steer a scene: there is no secret and no encryption (--open, "
-                                         "docs/security.md)");
-    }
-
-private:
-    Entrance(const Options& options, const ServerAddress& wanted)
-        : door{bind_to(io, resolve(wanted, "--listen"), "--listen"), nullptr}, stop(io, SIGINT, SIGTERM),
-          address(address_of(door.acceptor.local_endpoint())) {
-        address.encrypted = wanted.encrypted;
-        cli::require(wanted.encrypted || options.secret_file.empty(), "--secret-file",
-                     "--listen tls://HOST:PORT beside it", wanted.text());
-        cli::require(wanted.encrypted || options.open || is_local(), "--listen " + wanted.text(),
-                     "beyond this machine tls://, or --open, by which everybody can watch and steer", "neither");
-        if (!wanted.encrypted)
-            return;
-        const std::string secret = secret_for(wanted, options.secret_file);
-        door.context = secret_context(secret, TlsRole::server);
+    explicit Entrance(const Options& options)
+        : wanted(listen_address(options.listen)),
+          secret(is_encrypted(wanted.scheme) ? secret_for(wanted, options.secret_file) : ""),
+          door(bind_door(io, wanted, secret, options.live.settings.server.patience_s, options.mbit_s, "--listen")),
+          stop(io, SIGINT, SIGTERM), address(door->address()) {
+        const bool is_safe = is_encrypted(wanted.scheme);
+        cli::require(is_safe || options.secret_file.empty(), "--secret-file", "--listen tls:// or srt:// beside it",
+                     wanted.text());
+        cli::require(options.mbit_s == 0 || wanted.scheme == Scheme::srt, "--mbit", "--listen srt:// beside it",
+                     wanted.text());
+        cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(),
+                     "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer",
+                     "neither");
         if (wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr)
             address.secret = secret;
     }
 
-    bool is_local() const { return door.acceptor.local_endpoint().address().is_loopback(); }
+    /// Says who can come.
+    void open(cli::ProgressStyle log) const {
+        door->listen("--listen " + address.text());
+        if (door->is_local())
+            return;
+        log_note(log, is_encrypted(wanted.scheme)
+                          ? "whoever knows the secret and reaches " + address.text() +
+                                " can watch, and steer a scene (docs/security.md)"
+                          : "whoever reaches " + address.text() +
+                                " can watch, and steer a scene: there is no secret and no encryption (--open, "
+                                "docs/security.md)");
+    }
 };
 
 /// What the child leaves there goes with the rest, however it ends.
@@ -178,7 +177,7 @@ void run_recorded(const Options& options) {
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
     const std::unique_ptr<Programme> recording = open_recording(file, options.loop);
     entrance.open(options.live.settings.server.log);
-    Server server(std::move(entrance.door), *recording, options.live.settings.server);
+    Server server(entrance.io, std::move(entrance.door), *recording, options.live.settings.server);
     entrance.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
             server.stop();
@@ -210,13 +209,16 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     app.add_option("MORE", options.more,
                    "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
                    "render about the scene");
-    app.add_option("--listen", options.listen,
-                   "tcp://HOST:PORT, or tls://HOST:PORT for viewers that know a secret, encrypted; without a host this "
-                   "machine alone can connect (127.0.0.1), port 0 is one that is free")
+    app.add_option(
+           "--listen", options.listen,
+           "tcp://HOST:PORT; tls:// or srt:// so for viewers that know a secret, encrypted; without a host this "
+           "machine alone can connect (127.0.0.1), port 0 is one that is free")
         .required();
     app.add_option("--secret-file", options.secret_file,
-                   "Of tls://: its first line is the secret; made where it is not there. Without it the secret is "
-                   "EQUISTREAM_SECRET's, or a new one, which is said with the address");
+                   "Of tls:// and srt://: its first line is the secret; made where it is not there. Without it the "
+                   "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
+    cli::add_with_default(app, "--mbit", options.mbit_s,
+                          "Of srt://: what each viewer is sent at most, megabits a second; 0: no limit");
     app.add_flag("--open", options.open,
                  "With tcp:// beyond this machine: everybody who reaches it can watch and steer");
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");

@@ -2,10 +2,7 @@
 
 #include <equistream/json_text.h>
 
-#include <asio/io_context.hpp>
 #include <nlohmann/json.hpp>
-
-#include <netinet/tcp.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -26,9 +23,6 @@ constexpr std::chrono::milliseconds between_connections{10};
 constexpr std::ptrdiff_t most_arriving = 64, most_arriving_from_one = 16;
 constexpr std::chrono::seconds arriving_patience{10};
 
-/// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
-constexpr int max_unsent_bytes = 1 << 17;
-
 /// Of viewers from one address, but for this machine's.
 constexpr int default_per_address = 4;
 
@@ -41,11 +35,6 @@ asio::ip::address unmapped(const asio::ip::address& address) {
 
 std::string left_out_text(std::int64_t lines) {
     return std::to_string(lines) + " lines of viewers were left out";
-}
-
-/// "127.0.0.1:51234"
-std::string peer_text(const asio::ip::tcp::endpoint& peer) {
-    return address_of(peer).text().substr(sizeof "tcp://" - 1);
 }
 
 void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json& json) {
@@ -73,18 +62,18 @@ struct Server::Arrival {
     std::string address;
 };
 
-Server::Server(Door door, Programme& programme, const ServerSettings& settings)
-    : door_(std::move(door)), pause_(door_.acceptor.get_executor()), programme_(programme), settings_(settings) {}
+Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings)
+    : io_(io), door_(std::move(door)), pause_(io), programme_(programme), settings_(settings) {}
 
 void Server::accept() {
-    door_.acceptor.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
-        if (!door_.acceptor.is_open())
+    door_->accept([this](const asio::error_code& error, Door::Guest guest) {
+        if (!door_->is_open())
             return;
         if (error) {
             tell({"could not be let in", 0, "an address unknown", 0, error.message()});
             return accept_after(before_retry);
         }
-        welcome(std::move(socket));
+        welcome(std::move(guest));
         accept_in_time();
     });
 }
@@ -99,7 +88,7 @@ void Server::accept_in_time() {
 void Server::accept_after(Clock::duration pause) {
     pause_.expires_after(pause);
     pause_.async_wait([this](const asio::error_code& cancelled) {
-        if (!cancelled && door_.acceptor.is_open())
+        if (!cancelled && door_->is_open())
             accept_in_time();
     });
 }
@@ -121,24 +110,17 @@ void Server::refuse(const std::string& address, const std::string& why) {
     tell({"refused", 0, address, 0, why});
 }
 
-void Server::welcome(asio::ip::tcp::socket socket) {
-    asio::error_code gone;
-    const auto endpoint = socket.remote_endpoint(gone);
-    if (gone)  // it has hung up already
-        return;
-    const std::string address = peer_text(endpoint);
-    const asio::ip::address peer = unmapped(endpoint.address());
-    if (const std::string why = refusal(peer); !why.empty())
+void Server::welcome(Door::Guest guest) {
+    guest.address = unmapped(guest.address);
+    const std::string address = peer_text(guest.address, guest.port);
+    if (const std::string why = refusal(guest.address); !why.empty())
         return refuse(address, why);
     const auto from_there = std::ranges::count_if(
-        arrivals_, [&](const auto& other) { return counted_address(other->from) == counted_address(peer); });
-    if (std::ssize(arrivals_) >= most_arriving || (!peer.is_loopback() && from_there >= most_arriving_from_one))
+        arrivals_, [&](const auto& other) { return counted_address(other->from) == counted_address(guest.address); });
+    if (std::ssize(arrivals_) >= most_arriving ||
+        (!guest.address.is_loopback() && from_there >= most_arriving_from_one))
         return refuse(address, std::to_string(arrivals_.size()) + " are arriving already");
-    set_patience(socket, settings_.patience_s);
-    setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
-    auto wire = door_.context ? tls_wire(std::move(socket), door_.context, true) : tcp_wire(std::move(socket));
-    arrive(std::make_shared<Arrival>(
-        Arrival{std::move(wire), asio::steady_timer(door_.acceptor.get_executor()), peer, address}));
+    arrive(std::make_shared<Arrival>(Arrival{std::move(guest.wire), asio::steady_timer(io_), guest.address, address}));
 }
 
 void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
@@ -169,9 +151,9 @@ void Server::let_in(Arrival& arrival) {
     }
     const int number = ++figures_.viewers;
     const std::string address = arrival.address;
-    const auto viewer = std::make_shared<Viewer>(arrival.patience.get_executor(), std::move(arrival.wire),
-                                                 std::move(feed), settings_.patience_s);
-    viewers_.emplace(number, Guest{viewer, counted_address(arrival.from)});
+    const auto viewer =
+        std::make_shared<Viewer>(io_.get_executor(), std::move(arrival.wire), std::move(feed), settings_.patience_s);
+    viewers_.emplace(number, Seat{viewer, counted_address(arrival.from)});
     tell({"came", number, address, 0, ""});
     viewer->start([this, number, address](const std::string& how, const std::string& detail) {
         count_out(number, address, how, detail);
@@ -213,8 +195,7 @@ void Server::wake() {
 }
 
 void Server::stop_accepting() {
-    asio::error_code ignored;
-    door_.acceptor.close(ignored);
+    door_->close();
     pause_.cancel();
 }
 
@@ -250,36 +231,6 @@ void log_event(cli::ProgressStyle style, const ViewerEvent& event) {
 
 void log_note(cli::ProgressStyle style, const std::string& text) {
     log(style, text, {{"event", "note"}, {"detail", text}});
-}
-
-using asio::ip::tcp;
-
-tcp::endpoint resolve(const ServerAddress& address, const std::string& option) {
-    if (address.host.empty())
-        return {asio::ip::address_v4::loopback(), address.port};
-    asio::io_context io;
-    tcp::resolver resolver(io);
-    asio::error_code error;
-    const auto found = resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
-    cli::require(!error && !found.empty(), option + " " + address.text(), "a host that is known here", error.message());
-    return found.begin()->endpoint();
-}
-
-tcp::acceptor bind_to(asio::io_context& io, const tcp::endpoint& address, const std::string& option) {
-    tcp::acceptor acceptor(io);
-    asio::error_code error;
-    acceptor.open(address.protocol(), error);
-    if (!error)
-        acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error)
-        acceptor.bind(address, error);
-    cli::require(!error, option + " " + address_of(address).text(), "an address that is free and this machine's",
-                 error.message());
-    return acceptor;
-}
-
-ServerAddress address_of(const tcp::endpoint& endpoint) {
-    return {.host = endpoint.address().to_string(), .port = endpoint.port()};
 }
 
 }  // namespace equistream::serve

@@ -1,12 +1,13 @@
 #pragma once
 /// The server: viewers come, are sent the programme and go, a line each on standard error.
+#include "door.h"
 #include "programmes.h"
 #include "viewer.h"
 
-#include <client/transport/address.h>
 #include <programs/cli/program.h>
 
-#include <asio/ip/tcp.hpp>
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
 
 #include <cstdint>
 #include <map>
@@ -67,16 +68,10 @@ struct ServerFigures {
     std::int64_t bytes_sent = 0;
 };
 
-/// Where viewers come.
-struct Door {
-    asio::ip::tcp::acceptor acceptor;             ///< bound
-    std::shared_ptr<asio::ssl::context> context;  ///< of the secret by which they are encrypted; null: they are not
-};
-
 class Server {
 public:
     /// `door` listens; `programme` must outlive it.
-    Server(Door door, Programme& programme, const ServerSettings& settings);
+    Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings);
 
     void start() { accept(); }
     /// There may be more to send to each.
@@ -91,7 +86,7 @@ private:
     void accept();
     void accept_in_time();
     void accept_after(Clock::duration pause);
-    void welcome(asio::ip::tcp::socket socket);
+    void welcome(Door::Guest guest);
     struct Arrival;
     void arrive(const std::shared_ptr<Arrival>& arrival);
     void let_in(Arrival& arrival);
@@ -101,33 +96,21 @@ private:
     void refuse(const std::string& address, const std::string& why);
     void tell(const ViewerEvent& event);
 
-    struct Guest {
+    struct Seat {
         std::shared_ptr<Viewer> viewer;
         asio::ip::address from;  ///< as limits count it
     };
 
-    Door door_;
+    asio::io_context& io_;
+    std::unique_ptr<Door> door_;
     asio::steady_timer pause_;
     Programme& programme_;
     ServerSettings settings_;
     ServerFigures figures_;
-    std::map<int, Guest> viewers_;
+    std::map<int, Seat> viewers_;
     std::set<std::shared_ptr<Arrival>> arrivals_;  ///< not agreed with yet
     RateLimit connections_{100, 500};  ///< what strangers may take of the processor; more wait in the system
     RateLimit lines_{20, 2};           ///< of the log
 };
-
-// Where the server listens.
-
-/// Of tcp:// and tls://. A host is a name or an IP address; none means 127.0.0.1, port 0 any that is free. Throws
-/// InputError naming `option` for what is none of these, and for a host that is not known.
-asio::ip::tcp::endpoint resolve(const ServerAddress& address, const std::string& option);
-
-/// Bound, not yet listening. Throws InputError where the address is taken or not this machine's.
-asio::ip::tcp::acceptor bind_to(asio::io_context& io, const asio::ip::tcp::endpoint& address,
-                                const std::string& option);
-
-/// With this endpoint's host and port.
-ServerAddress address_of(const asio::ip::tcp::endpoint& endpoint);
 
 }  // namespace equistream::serve

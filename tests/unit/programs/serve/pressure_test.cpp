@@ -1,6 +1,8 @@
 /// What strangers who can reach the server do to it and to its viewers (docs/security.md).
 #include "serve_fixture.h"
 
+#include <nlohmann/json.hpp>
+
 #include <memory>
 
 namespace equistream::test {

@@ -1,7 +1,8 @@
-/// Addresses, secrets, and connections that are encrypted by them.
+/// Addresses, secrets, and connections that are encrypted by them: TLS and SRT.
 #include <client/transport/address.h>
 #include <client/transport/secret.h>
 #include <client/transport/server_connection.h>
+#include <client/transport/srt_wire.h>
 #include <client/transport/wire.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
@@ -33,12 +34,13 @@ const std::string secret = "a-secret-of-enough-letters";
 
 TEST(ServerAddresses, AreReadAsTheyAreWritten) {
     const auto address = parse_server_address("tls://" + secret + "@[2001:db8::5]:9000").value();
-    EXPECT_TRUE(address.encrypted);
+    EXPECT_EQ(address.scheme, Scheme::tls);
     EXPECT_EQ(address.host, "2001:db8::5");
     EXPECT_EQ(address.port, 9000);
     EXPECT_EQ(address.secret, secret);
     EXPECT_EQ(address.text(), "tls://[2001:db8::5]:9000");
     EXPECT_EQ(address.text_with_secret(), "tls://" + secret + "@[2001:db8::5]:9000");
+    EXPECT_EQ(parse_server_address("srt://host:1").value().scheme, Scheme::srt);
     EXPECT_EQ(parse_server_address("tcp://:0").value().text(), "tcp://:0");
     EXPECT_EQ(parse_server_address("tls://host:1").value().text_with_secret(), "tls://host:1");
     for (const char* bad : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0",
@@ -47,8 +49,8 @@ TEST(ServerAddresses, AreReadAsTheyAreWritten) {
 }
 
 TEST(ServerAddresses, KeepTheirSecretsToThemselves) {
-    EXPECT_EQ(without_secrets("view tls://abc@host:1 --x 'tls://d@e@host:2' a@b tls://host:3 tcp://h:4"),
-              "view tls://***@host:1 --x 'tls://***@host:2' a@b tls://host:3 tcp://h:4");
+    EXPECT_EQ(without_secrets("view srt://abc@host:1 --x 'tls://d@e@host:2' a@b tls://host:3 tcp://h:4"),
+              "view srt://***@host:1 --x 'tls://***@host:2' a@b tls://host:3 tcp://h:4");
     EXPECT_EQ(without_secrets("tls://"), "tls://");
 }
 
@@ -65,7 +67,7 @@ TEST(Secrets, AreMadeOnceAndForTheirOwnerAlone) {
 
 TEST(Secrets, ThatAreNoneAreRefused) {
     const synthetic::Folder folder;
-    for (const std::string& bad : {std::string(), std::string(15, 'a'), std::string(129, 'a'), std::string(16, '@'),
+    for (const std::string& bad : {std::string(), std::string(15, 'a'), std::string(80, 'a'), std::string(16, '@'),
                                    std::string(16, ' '), std::string(16, '\xe4')}) {
         std::ofstream(folder / "bad") << bad << '\n';
         EXPECT_THROW(read_or_make_secret(folder / "bad"), InputError) << bad;
@@ -75,33 +77,58 @@ TEST(Secrets, ThatAreNoneAreRefused) {
     EXPECT_THROW(read_or_make_secret(folder / "no/such/folder"), InputError);
 }
 
-/// Accepts one viewer, speaks with it by `context`, or plainly, and answers the first bytes that it says.
+const asio::ip::address here = asio::ip::address_v4::loopback();
+
+/// Accepts one viewer, and answers the first bytes that it says.
 class Answering {
 public:
+    /// Speaks by `context`, or plainly.
     Answering(std::shared_ptr<asio::ssl::context> context, std::string answer)
         : context_(std::move(context)), answer_(std::move(answer)) {
-        acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
-            if (error)
-                return;
-            wire_ = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
-            wire_->open([this](const asio::error_code& refused) { agreed(refused); });
+        acceptor_.emplace(io_, asio::ip::tcp::endpoint(here, 0));
+        address_ = "tls://SECRET@127.0.0.1:" + std::to_string(acceptor_->local_endpoint().port());
+        acceptor_->async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
+            if (!error)
+                open(context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket)));
+        });
+        thread_ = std::thread([this] { io_.run(); });
+    }
+    /// Speaks SRT.
+    Answering(const SrtSettings& settings, std::string answer) : answer_(std::move(answer)) {
+        listener_.emplace(io_.get_executor(), asio::ip::udp::endpoint(here, 0), settings);
+        listener_->listen();
+        address_ = "srt://SECRET@127.0.0.1:" + std::to_string(listener_->address().port());
+        listener_->accept([this](const asio::error_code& error, std::unique_ptr<Wire> wire, const auto&) {
+            if (!error)
+                open(std::move(wire));
         });
         thread_ = std::thread([this] { io_.run(); });
     }
     ~Answering() {
         work_.reset();
         asio::post(io_, [this] {
-            acceptor_.close();
+            if (acceptor_)
+                acceptor_->close();
+            if (listener_)
+                listener_->close();
             if (wire_)
                 wire_->close();
         });
         thread_.join();
     }
-    std::string host_and_port() const { return "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()); }
+    /// Empty: none is said.
+    std::string address(const std::string& its_secret) const {
+        std::string all = address_;
+        return all.replace(all.find("SECRET@"), 7, its_secret.empty() ? "" : its_secret + "@");
+    }
     std::future<std::string> heard() { return heard_.get_future(); }
     std::future<bool> agreed_with() { return agreed_.get_future(); }
 
 private:
+    void open(std::unique_ptr<Wire> wire) {
+        wire_ = std::move(wire);
+        wire_->open([this](const asio::error_code& refused) { agreed(refused); });
+    }
     void agreed(const asio::error_code& refused) {
         agreed_.set_value(!refused);
         if (refused)
@@ -127,9 +154,11 @@ private:
     std::string answer_;
     asio::io_context io_{1};
     std::optional<asio::executor_work_guard<asio::io_context::executor_type>> work_{io_.get_executor()};
-    asio::ip::tcp::acceptor acceptor_{io_, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0)};
+    std::optional<asio::ip::tcp::acceptor> acceptor_;
+    std::optional<SrtListener> listener_;
+    std::string address_;
     std::unique_ptr<Wire> wire_;
-    std::array<char, 256> said_{};
+    std::array<char, 4096> said_{};
     std::promise<std::string> heard_;
     std::promise<bool> agreed_;
     std::thread thread_;
@@ -138,7 +167,7 @@ private:
 /// Why a client with this secret is not let in; empty: it is.
 std::string refusal(const Answering& server, const std::string& its_secret) {
     try {
-        const ServerConnection connection("tls://" + its_secret + "@" + server.host_and_port(), nullptr, {});
+        const ServerConnection connection(server.address(its_secret), nullptr, {});
         return {};
     } catch (const InputError& error) {
         EXPECT_EQ(std::string(error.what()).find(its_secret), std::string::npos) << error.what();
@@ -146,13 +175,10 @@ std::string refusal(const Answering& server, const std::string& its_secret) {
     }
 }
 
-TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
-    std::string answer(1'000'000, ' ');
-    for (std::size_t i = 0; i < answer.size(); ++i)
-        answer[i] = char('a' + i % 23);
-    Answering server(secret_context(secret, TlsRole::server), answer);
+/// A pose goes there, and a million bytes and their end come back.
+void expect_carried(Answering& server, const std::string& answer) {
     PoseSender poses;
-    ServerConnection connection("tls://" + secret + "@" + server.host_and_port(), &poses, {});
+    ServerConnection connection(server.address(secret), &poses, {});
     EXPECT_TRUE(poses.send({1, {{1, 2, 3}, {1, 0, 0, 0}}}));
     const std::string heard = server.heard().get();
     ViewerMessageReader reader;
@@ -166,12 +192,39 @@ TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
     EXPECT_TRUE(got == answer) << got.size();
 }
 
+std::string long_answer() {
+    std::string answer(1'000'000, ' ');
+    for (std::size_t i = 0; i < answer.size(); ++i)
+        answer[i] = char('a' + i % 23);
+    return answer;
+}
+
+TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
+    const std::string answer = long_answer();
+    Answering by_tls(secret_context(secret, TlsRole::server), answer);
+    expect_carried(by_tls, answer);
+    Answering by_srt(SrtSettings{secret}, answer);
+    expect_carried(by_srt, answer);
+}
+
+TEST(EncryptedConnections, OfSrtWhoeverKnowsAnotherSecretIsRefused) {
+    Answering server(SrtSettings{secret}, "all");
+    EXPECT_NE(refusal(server, "another-secret-of-enough").find("expected a server that knows the secret"),
+              std::string::npos);
+}
+
+TEST(EncryptedConnections, NobodyAnswersBySrt) {
+    PoseSender poses;
+    const Patience patience{.connect_s = 0.3, .first_bytes_s = 0.3, .silence_s = 0.3};
+    EXPECT_THROW(ServerConnection("srt://" + secret + "@127.0.0.1:1", &poses, {}, patience), std::runtime_error);
+}
+
 TEST(EncryptedConnections, TheEnvironmentMaySayTheSecret) {
     Answering server(secret_context(secret, TlsRole::server), "all");
     setenv(secret_variable, secret.c_str(), 1);
-    EXPECT_NO_THROW(ServerConnection("tls://" + server.host_and_port(), nullptr, {}));
+    EXPECT_NO_THROW(ServerConnection(server.address(""), nullptr, {}));
     unsetenv(secret_variable);
-    EXPECT_THROW(ServerConnection("tls://" + server.host_and_port(), nullptr, {}), InputError);
+    EXPECT_THROW(ServerConnection(server.address(""), nullptr, {}), InputError);
 }
 
 TEST(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
