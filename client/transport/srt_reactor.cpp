@@ -74,8 +74,11 @@ void SrtReactor::forget(SRTSOCKET socket) {
 }
 
 void SrtReactor::update(SRTSOCKET socket, const Watched& watched) const {
-    const int events = (watched.read.ready ? SRT_EPOLL_IN | SRT_EPOLL_ERR : 0) |
-                       (watched.write.ready ? SRT_EPOLL_OUT | SRT_EPOLL_ERR : 0);
+    int events = SRT_EPOLL_ERR;
+    if (watched.read.ready)
+        events |= SRT_EPOLL_IN;
+    if (watched.write.ready)
+        events |= SRT_EPOLL_OUT;
     srt_epoll_update_usock(epoll_, socket, &events);
 }
 

@@ -5,7 +5,6 @@
 #include "wire.h"
 
 #include <asio/ip/udp.hpp>
-#include <srt/srt.h>
 
 #include <functional>
 #include <memory>
