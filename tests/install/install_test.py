@@ -25,7 +25,7 @@ HEADERS = {  # each with the languages it promises to be
     "client.h": ["c11", "c++17"],
     "client.hpp": ["c++17", "c++20"],
 }
-COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "study", "fit"]
+COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "study", "fit", "doctor"]
 USES_THE_CATALOGUE = '''
 #include <equistream/aov.h>
 static_assert(equistream::find_aov("depth")->unit == "m");
@@ -56,6 +56,8 @@ def check_programs(prefix):
     assert run(dispatcher, "--version").startswith("equistream ")
     for command in COMMANDS:
         assert "--help" in run(dispatcher, command, "--help"), command
+        assert (prefix / f"share/man/man1/equistream-{command}.1").exists(), command
+    assert "complete " in (prefix / "share/bash-completion/completions/equistream").read_text()
     libraries = run("ldd", prefix / "bin" / "equistream-render-embree").splitlines()
     ours = [line.split()[2] for line in libraries if "libequistream" in line]
     assert len(ours) == 1 and Path(ours[0]).resolve().is_relative_to(prefix.resolve()), libraries

@@ -31,15 +31,15 @@ USE = """
 cd /root
 equistream --version
 equistream doctor
-equistream scene generate sphere --out scenes
-equistream render scenes/sphere.json --frames 0-1 --size 256x128 --spp 2 --progress none --out frames
-equistream encode frames --out sphere.mp4 --depth auto --progress none
-equistream info sphere.mp4
-equistream play sphere.mp4 --size 160x90 --progress none --out eyes
+equistream scene generate motion --out scenes
+equistream render scenes/motion.json --frames 0-1 --size 256x128 --spp 2 --progress none --out frames
+equistream encode frames --out motion.mp4 --depth auto --progress none
+equistream info motion.mp4
+equistream play motion.mp4 --size 160x90 --progress none --out eyes
 ls eyes/left/frame.0001.png eyes/right/frame.0001.png
 test -s /usr/share/man/man1/equistream-encode.1 -a -s /usr/share/bash-completion/completions/equistream
 test -s /usr/share/doc/equistream/copyright
-python3 -c 'import equistream as es; print(es.open_stream("sphere.mp4").tracks[0]["codec"])'
+python3 -c 'import equistream as es; print(es.open_stream("motion.mp4").tracks[0]["codec"])'
 """
 LINK = """
 cd /root/example
@@ -126,6 +126,16 @@ def inside(root, script):
     return run("chroot", root, "sh", "-exc", script, env=environment)
 
 
+def install(root, flags, packages, names):
+    def megabytes():
+        return int(run("du", "-sxm", root).split()[0])
+
+    before = megabytes()
+    with timed(f"apt-get install {flags} {' '.join(names)}"):
+        inside(root, f"apt-get install -y -qq {flags} {' '.join(f'/root/{packages[name].name}' for name in names)} && apt-get clean")
+    print(f"the root grew by {megabytes() - before} MB")
+
+
 def main():
     cpack, build, source = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
     if os.geteuid() != 0:
@@ -141,12 +151,9 @@ def main():
         with fresh_root(folder) as root:
             for file in packages.values():
                 shutil.copy(file, root / "root")
-            names = " ".join(f"/root/{file.name}" for name, file in packages.items() if name != "libequistream-dev")
             inside(root, "apt-get update -qq")
-            before = int(run("du", "-sxm", root).split()[0])
-            with timed("apt-get install, with what is recommended"):
-                inside(root, f"apt-get install -y -qq {names}")
-            print(f"the root grew by {int(run('du', '-sxm', root).split()[0]) - before} MB")
+            install(root, "--no-install-recommends", packages, ["equistream", "libequistream3"])
+            install(root, "", packages, [name for name in packages if name != "libequistream-dev"])
             with timed("doctor, scene, render, encode, info, play, Python"):
                 print(inside(root, USE))
             shutil.copytree(source / "host-adapters/example", root / "root/example")
