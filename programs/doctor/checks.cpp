@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <vector>
@@ -119,29 +118,6 @@ Finding find_python(const Surroundings& here) {
     return {State::missing, said.substr(0, at), said.substr(at + separator.size()), {}};
 }
 
-Finding find_scenes(const Surroundings&) {
-    const char* named = std::getenv("EQUISTREAM_SCENES");
-    if (named == nullptr || *named == '\0')
-        return {State::missing,
-                "EQUISTREAM_SCENES is not set; `equistream scene generate --list` names bundled ones",
-                "",
-                {}};
-    const std::string folder = quotable(named, 300);
-    std::vector<std::string> models;
-    std::error_code error;
-    // Each lies in the folder or in one of its own there.
-    for (fs::recursive_directory_iterator entry(named, error), end; !error && entry != end; entry.increment(error)) {
-        if (entry.depth() > 0)
-            entry.disable_recursion_pending();
-        if (entry->path().extension() == ".glb")
-            models.push_back(entry->path().stem().string());
-    }
-    if (models.empty())
-        return {State::missing, "EQUISTREAM_SCENES=" + folder + " holds no .glb", "", {}};
-    std::ranges::sort(models);
-    return Finding::ok(folder + ": " + in_a_sentence(models, " and "), {{"folder", named}, {"models", models}});
-}
-
 constexpr std::array checks = {
     Check{"programs", "every command", true,
           "install equistream's packages, or what `ldd` of the program calls not found; from source: ./demo",
@@ -157,10 +133,10 @@ constexpr std::array checks = {
     Check{"headset", "view --headset", false,
           "start the headset's OpenXR runtime (SteamVR, Monado), or name it in XR_RUNTIME_JSON", nullptr},
     Check{"mitsuba", "render --host mitsuba", false,
-          "pip install mitsuba==3.9.1, and its folders mitsuba and drjit in LD_LIBRARY_PATH", find_mitsuba},
+          "pip install " EQUISTREAM_MITSUBA ", and its folders mitsuba and drjit in LD_LIBRARY_PATH", find_mitsuba},
     Check{"denoiser", "--denoise of render, serve and import", false, "pip install pyoidn", nullptr},
     Check{"scenes", "descriptions whose models are not bundled", false,
-          "name the folder of scenes (.glb) in EQUISTREAM_SCENES", find_scenes},
+          "name the folder of scenes (.glb) in EQUISTREAM_SCENES", nullptr},
     Check{"python", "study, fit", false, "sudo apt-get install python3, and python3-equistream", find_python},
 };
 
@@ -177,6 +153,7 @@ Finding found_by(const Check& check, const Surroundings& surroundings) {
     } catch (const std::exception& error) {
         finding = {State::broken, quotable(error.what(), 400), "", {}};
     }
+    finding.found = quotable(finding.found, 600);  // drivers and runtimes call themselves what they like
     if (finding.state != State::ok && finding.get.empty())
         finding.get = check.get;
     return finding;

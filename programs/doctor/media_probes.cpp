@@ -4,8 +4,6 @@
 #include <equistream/text.h>
 #include <plugin/denoise/oidn.h>
 
-#include <hwy/highway.h>
-
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavutil/hwcontext.h>
@@ -16,7 +14,6 @@ extern "C" {
 #include <array>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace equistream::doctor {
@@ -48,15 +45,6 @@ struct Coded {
     AVCodecID id;
 };
 constexpr std::array coded = {Coded{"H.264", "libx264", AV_CODEC_ID_H264}, Coded{"H.265", "libx265", AV_CODEC_ID_HEVC}};
-
-/// As instruction sets of Highway are called.
-int vector_bits(std::int64_t target) {
-    const std::string name = hwy::TargetName(target);
-    return name.starts_with("AVX3")                                                          ? 512
-           : name.starts_with("AVX")                                                         ? 256
-           : name.starts_with("SSE") || name.starts_with("SSSE") || name.starts_with("NEON") ? 128
-                                                                                             : 0;
-}
 
 }  // namespace
 
@@ -107,16 +95,6 @@ Finding probe_hardware_decoding() {
     if (devices.empty())
         return {State::missing, "no device of libavcodec opens: the processor decodes", "", {}};
     return Finding::ok("devices of libavcodec: " + in_a_sentence(devices, " and "), {{"devices", devices}});
-}
-
-Finding probe_processor() {
-    // The lowest is the best one. Of those that our loops are compiled for.
-    const std::int64_t usable = hwy::SupportedTargets() & (HWY_TARGETS), best = usable & -usable;
-    const int bits = vector_bits(best);
-    const unsigned threads = std::thread::hardware_concurrency();
-    const std::string vectors = bits > 0 ? std::to_string(bits) + " bits" : "no vectors";
-    return Finding::ok(formatted("%s (%s), %u threads", vectors.c_str(), hwy::TargetName(best), threads),
-                       {{"vector_bits", bits}, {"instruction_set", hwy::TargetName(best)}, {"threads", threads}});
 }
 
 Finding probe_denoiser() {

@@ -14,6 +14,7 @@ Finding probe_hardware_decoding();
 Finding probe_headset();
 Finding probe_opengl();
 Finding probe_processor();
+Finding probe_scenes();
 Finding probe_video();
 
 struct Probe {
@@ -24,7 +25,7 @@ struct Probe {
 inline constexpr std::array probes = {
     Probe{"denoiser", probe_denoiser}, Probe{"display", probe_display}, Probe{"hardware", probe_hardware_decoding},
     Probe{"headset", probe_headset},   Probe{"opengl", probe_opengl},   Probe{"processor", probe_processor},
-    Probe{"video", probe_video},
+    Probe{"scenes", probe_scenes},     Probe{"video", probe_video},
 };
 
 }  // namespace equistream::doctor

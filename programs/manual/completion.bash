@@ -56,9 +56,11 @@ _equistream() {
     options=$(_equistream_options "$command")
     case " $options " in
     *" $before= "*) ;; # it takes a value: one of a fixed set, or what `complete -o default` finds, a file
-    *) [ -n "$values" ] || values="$subcommands ${options//=/}" ;;
+    *)
+        values=$subcommands
+        case $current in -*) values="$subcommands ${options//=/}" ;; esac # another word is a file, where none is offered
+        ;;
     esac
-    # Without a dash a word may be a file: options are offered where one is begun or nothing is typed yet.
     mapfile -t COMPREPLY < <(compgen -W "$values" -- "$current")
 }
 
