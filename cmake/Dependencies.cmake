@@ -25,6 +25,9 @@ target_include_directories(equistream_asio SYSTEM INTERFACE ${EQUISTREAM_ASIO_IN
 target_compile_definitions(equistream_asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED)
 target_link_libraries(equistream_asio INTERFACE Threads::Threads)
 find_package(OpenSSL 3 REQUIRED)
+find_path(EQUISTREAM_BOOST_INCLUDE boost/beast.hpp REQUIRED)
+add_library(equistream_beast INTERFACE)
+target_include_directories(equistream_beast SYSTEM INTERFACE ${EQUISTREAM_BOOST_INCLUDE})
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)

@@ -13,33 +13,10 @@ layout(binding = 0) uniform usampler2DArray eye_origin;
 layout(binding = 2) uniform sampler2DArray eye_depth;
 
 #include "gap_tiles.glsl"
-#include "source_grid.glsl"
-#include "eye_rays.glsl"
 
 uniform float inverse_depth_scale;  // of its samples; 0: what is seen is known by direction alone
 
-/// Where in the window a pixel's point lies, by inverse planar depth.
-vec2 position_in_window(ivec3 at, float z) {
-    EyeRays eye = eyes[at.z];
-    return position_of(ray_of(eye, at.xy) + z * eye.eye.xyz);
-}
-
-/// The window's share of such a pixel's colour: 1 within, 0 on the border and beyond.
-float share_of_window(vec2 position) {
-    vec2 to_end = vec2(source_size) - position;
-    float inside = min(position.x, to_end.x);
-    // Over a pole there is nothing to mix with.
-    float rows_above = (quarter_turn - source_top) * rows_per_radian;
-    float rows_below = (quarter_turn + source_top) * rows_per_radian - float(source_size.y);
-    inside = rows_above > 0.5 ? min(inside, position.y) : inside;
-    inside = rows_below > 0.5 ? min(inside, to_end.y) : inside;
-    return isnan(inside) ? 1.0 : clamp(inside / MIXED_PX, 0.0, 1.0);
-}
-
-/// 1 / m; far away where nobody knows.
-float known(float scale, float inverse) {
-    return scale == 0.0 || isnan(inverse) ? 0.0 : scale * inverse;
-}
+#include "window_share.glsl"
 
 #ifdef FIND
 uniform int knows_gaps;  // 1: eye_depth is also that of gaps; 0: what it has there is of no use
@@ -72,13 +49,6 @@ uniform float base_depth_scale;  // as inverse_depth_scale
 uniform int fills_gaps;          // 1: gaps; 0: what the window coloured, and not alone
 uniform int finds_depth;         // 1: with a gap's colour its depth is taken over
 uniform int knows_mirrors;       // 1: the window has a mask of them
-
-/// In whole steps: halves are rounded alike by the CPU and every driver.
-vec3 mixed(vec3 base, vec3 window, float share) {
-    int steps = int(share * float(MIX_STEPS) + 0.5);
-    ivec3 sum = steps * ivec3(round(255.0 * window)) + (MIX_STEPS - steps) * ivec3(round(255.0 * base));
-    return vec3((sum + MIX_STEPS / 2) / MIX_STEPS) / 255.0;
-}
 
 void main() {
     ivec3 at;

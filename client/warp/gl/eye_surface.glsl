@@ -1,12 +1,15 @@
 // The surface that an eye's pixel sees, by the inverse planar depths around: the formulas of eye_rays.cpp. Needs
-// eye_rays.glsl and an image `eye_colour` of the eyes' size.
+// eye_rays.glsl, and EYE_SIZE or an image `eye_colour` of the eyes' size.
+#ifndef EYE_SIZE
+#define EYE_SIZE imageSize(eye_colour).xy
+#endif
 
 layout(binding = 2) uniform sampler2DArray eye_depth;
 uniform float inverse_depth_scale;  // of eye_depth's samples: inverse planar depth in 1 / m, 0 for a miss
 
 /// NaN outside the view.
 float inverse_planar(ivec3 at) {
-    if (any(lessThan(at.xy, ivec2(0))) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)))
+    if (any(lessThan(at.xy, ivec2(0))) || any(greaterThanEqual(at.xy, EYE_SIZE)))
         return UNKNOWN;
     return inverse_depth_scale * texelFetch(eye_depth, at, 0).x;
 }

@@ -16,6 +16,8 @@ void main() {
     float ahead = -seen.z;
     vec2 across = eye.view.x * vec2(seen.x, -seen.y) + (eye.view.yz + 0.5) * ahead;
     gl_Position = vec4(2.0 * across / eye_size - ahead, NEAR_PLANE_M * point.w, ahead);
+#ifndef GL_ES
     gl_Layer = int(eye_number);
+#endif
     point_inverse = point.w;
 }

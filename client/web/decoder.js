@@ -1,0 +1,92 @@
+// One track's packets into planes of samples, by WebCodecs.
+import {StreamError, expectedFound} from "./bytes.js";
+
+/// What one sample of a plane takes, and how a picture's planes are laid out.
+const layouts = {
+    I420: {planes: 3, bits: 8}, NV12: {planes: 2, bits: 8}, I420P10: {planes: 3, bits: 10}, I444: {planes: 3, bits: 8},
+    I420A: {planes: 3, bits: 8},
+};
+
+/// Samples of chroma that lie side by side, apart.
+function apart({data, stride}, width, height) {
+    const planes = [new Uint8Array(width * height), new Uint8Array(width * height)];
+    for (let y = 0; y < height; ++y)
+        for (let x = 0; x < width; ++x)
+            for (const i of [0, 1])
+                planes[i][y * width + x] = data[y * stride + 2 * x + i];
+    return planes.map(plane => ({data: plane, stride: width, bits: 8}));
+}
+
+async function copied(frame, name) {
+    const layout = layouts[frame.format];
+    const {width, height} = frame.visibleRect;
+    if (!layout)
+        throw expectedFound(`${name}: this browser's decoder`, `samples as ${Object.keys(layouts).join(", ")}`,
+                            frame.format ?? "none that a page may read");
+    const buffer = new ArrayBuffer(frame.allocationSize());
+    const places = await frame.copyTo(buffer);
+    const bytesEach = layout.bits > 8 ? 2 : 1;
+    const planes = places.map(({offset, stride}, i) => {
+        const rows = i === 0 || frame.format === "I444" ? height : Math.ceil(height / 2);
+        const samples = Math.floor(Math.min(stride * rows, buffer.byteLength - offset) / bytesEach);
+        const data = bytesEach === 2 ? new Uint16Array(buffer, offset, samples) : new Uint8Array(buffer, offset, samples);
+        return {data, stride: stride / bytesEach, bits: layout.bits};
+    });
+    return {width, height, planes: frame.format === "NV12" ? [planes[0], ...apart(planes[1], width >> 1, height >> 1)]
+                                                           : planes};
+}
+
+export class TrackDecoder {
+    /// Calls onPicture(number, {width, height, planes}) with the numbers that push() was given, in the order they are
+    /// shown in, and onProblem(error).
+    constructor(name, track, onPicture, onProblem) {
+        this.name = name;
+        this.onProblem = onProblem;
+        this.config = {codec: track.avc.codec, description: track.description, optimizeForLatency: track.isLive};
+        this.turn = Promise.resolve();
+        this.decoder = new VideoDecoder({
+            output: frame => {
+                // Copies end in the order they began in.
+                const copy = copied(frame, name).finally(() => frame.close());
+                this.turn = this.turn.then(() => copy).then(picture => onPicture(frame.timestamp, picture), onProblem);
+            },
+            error: error => onProblem(new StreamError(`${name}: this browser cannot decode it (${error.message})`)),
+        });
+    }
+
+    async open() {
+        const config = {...this.config, hardwareAcceleration: "prefer-software"};
+        for (const each of [config, this.config])
+            if ((await VideoDecoder.isConfigSupported(each)).supported)
+                return this.decoder.configure(this.config = each);
+        throw expectedFound(this.name, "video that this browser decodes", `${this.config.codec} (encode --codec h264)`);
+    }
+
+    get waiting() {
+        return this.decoder.decodeQueueSize;
+    }
+
+    push(number, key, bytes) {
+        if (this.decoder.state === "configured")
+            this.decoder.decode(new EncodedVideoChunk({type: key ? "key" : "delta", timestamp: number, data: bytes}));
+    }
+
+    /// All that was pushed comes; the next packet must be a key frame.
+    async finish() {
+        if (this.decoder.state === "configured")
+            await this.decoder.flush().catch(() => {});  // a jump is none's fault
+        await this.turn;
+    }
+
+    reset() {
+        if (this.decoder.state !== "configured")
+            return;
+        this.decoder.reset();
+        this.decoder.configure(this.config);
+    }
+
+    close() {
+        if (this.decoder.state !== "closed")
+            this.decoder.close();
+    }
+}

@@ -1,0 +1,178 @@
+// Packets into whole frames: each role's picture of one index together, its depth as distances.
+import {TrackDecoder} from "./decoder.js";
+import {expectedFound} from "./bytes.js";
+
+const depthOf = {main: "depth", window: "window-depth"};
+
+/// Distinguishes pictures before and after a jump.
+let generation = 0;
+
+export class FrameMaker {
+    /// Calls onFrame({index, info, main, window}) in ascending order of index; main and window are {info, picture,
+    /// distances, key}. `onNote` is called with what is left out.
+    constructor(helper, {onFrame, onNote, onProblem, isLive}) {
+        this.helper = helper;
+        this.onFrame = onFrame;
+        this.onNote = onNote;
+        this.onProblem = onProblem;
+        this.isLive = isLive;
+        this.decoders = new Map();
+        this.leftOut = new Set();  // roles whose track cannot be decoded
+        this.restart();
+    }
+
+    /// Forgets all frames that are not whole.
+    restart() {
+        this.generation = ++generation;
+        this.partial = new Map();
+        this.number = 0;
+        this.infos = new Map();
+        this.newest = new Map();  // by role: the last index that came
+        this.started = new Set();
+        this.inTurn = Promise.resolve();
+        for (const decoder of this.decoders.values())
+            decoder.reset();
+    }
+
+    close() {
+        this.generation = 0;
+        for (const decoder of this.decoders.values())
+            decoder.close();
+    }
+
+    async decoderOf(role, track) {
+        if (this.decoders.has(role))
+            return this.decoders.get(role);
+        track.isLive = this.isLive;
+        const decoder = new TrackDecoder(`${role} track`, track, (number, picture) => this.decoded(number, picture),
+                                         error => this.failed(role, error));
+        this.decoders.set(role, decoder);
+        await decoder.open();
+        return decoder;
+    }
+
+    /// Without its depth a picture is still turned; without itself there is nothing to see.
+    failed(role, error) {
+        if (role === "main")
+            return this.onProblem(error);
+        this.leftOut.add(role);
+        this.onNote(`${error.message}: shown without it. Depth that browsers decode: encode --depth pece420`);
+        this.release();
+    }
+
+    /// Packets of a track must begin with a key frame.
+    async push({role, track, key, info, bytes}) {
+        if (this.leftOut.has(role) || (!key && !this.started.has(role)))
+            return;
+        let decoder;
+        try {
+            decoder = await this.decoderOf(role, track);
+        } catch (error) {
+            return this.failed(role, error);
+        }
+        this.started.add(role);
+        const number = ++this.number;
+        this.infos.set(number, {role, info, generation: this.generation});
+        this.frame(info.index).expected.add(role);
+        decoder.push(number, key, bytes);
+    }
+
+    get waiting() {
+        return this.partial.size;
+    }
+
+    async finish() {
+        await Promise.all([...this.decoders.values()].map(decoder => decoder.finish()));
+        await this.inTurn;
+        this.isFinished = true;
+        this.release();
+        this.isFinished = false;
+    }
+
+    frame(index) {
+        if (!this.partial.has(index))
+            this.partial.set(index, {expected: new Set(), pictures: new Map()});
+        return this.partial.get(index);
+    }
+
+    decoded(number, picture) {
+        const known = this.infos.get(number);
+        this.infos.delete(number);
+        if (!known || known.generation !== this.generation)
+            return;
+        const {role, info} = known;
+        const step = info.depth?.halved ? 2 : 1;
+        if (picture.width !== info.camera.width / step || picture.height !== info.camera.height / step)
+            return this.onNote(expectedFound(`${role} picture ${info.index}`,
+                                             `${info.camera.width / step}x${info.camera.height / step} as it is tagged`,
+                                             `${picture.width}x${picture.height}`).message);
+        if (role in depthOf && picture.planes[0].bits !== 8)
+            return this.failed(role, expectedFound(`${role} track`, "8 bits a sample (encode --transfer srgb)", "HDR"));
+        this.frame(info.index).pictures.set(role, {info, picture});
+        this.newest.set(role, info.index);
+        this.release();
+    }
+
+    /// Frames go on in order, once all of their pictures have come or never will.
+    release() {
+        for (const index of [...this.partial.keys()].sort((a, b) => a - b)) {
+            const {expected, pictures} = this.partial.get(index);
+            const misses = [...expected].filter(role => !pictures.has(role) && !this.leftOut.has(role) &&
+                !(this.newest.get(role) > index));
+            // What a track has not begun yet comes with a later packet.
+            if (misses.length > 0 && !this.isFinished)
+                return;
+            if (!pictures.has("main") && !this.isFinished && !(this.newest.get("main") > index))
+                return;
+            if (!this.isFinished && !this.isFollowed(index))
+                return;
+            this.partial.delete(index);
+            const made = this.generation;
+            if (pictures.has("main"))
+                this.inTurn = this.inTurn.then(() => this.make(index, pictures, made)).catch(this.onProblem);
+        }
+    }
+
+    /// Whether all tracks have had their packets for this frame: in a container they may lie apart.
+    isFollowed(index) {
+        return [...this.decoders.keys()].every(role => this.leftOut.has(role) ||
+            this.frame(index).pictures.has(role) || this.newest.get(role) > index);
+    }
+
+    async make(index, pictures, made) {
+        if (made !== this.generation)
+            return;
+        const frame = {index, info: pictures.get("main").info};
+        for (const role of ["main", "window"])
+            if (pictures.has(role))
+                frame[role] = await this.withDepth(role, pictures.get(role), pictures.get(depthOf[role]));
+        // A window without the distances that the sphere has would take them from all.
+        if (frame.window && frame.main.distances && !frame.window.distances)
+            delete frame.window;
+        if (made === this.generation)
+            this.onFrame(frame);
+        else
+            this.forget(frame);
+    }
+
+    async withDepth(role, {info, picture}, depth) {
+        const view = {info, picture, key: `${this.generation}.${role}.${info.index}`};
+        if (!depth?.info.depth || this.leftOut.has(depthOf[role]))
+            return view;
+        try {
+            const [{data, stride}] = picture.planes;
+            const luma = {data: depth.info.depth.halved ? data.slice() : new Uint8Array(0), stride};
+            view.distances = (await this.helper.ask("depth", {key: view.key, picture: depth.picture, info: depth.info, luma})).distances;
+        } catch (error) {
+            this.failed(depthOf[role], error);
+        }
+        return view;
+    }
+
+    /// A frame that nobody shows any more.
+    forget(frame) {
+        for (const view of [frame.main, frame.window])
+            if (view?.distances)
+                this.helper.ask("forget", {key: view.key});
+    }
+}

@@ -1,0 +1,105 @@
+// Where the viewer's head is, relative to the head that a frame was made for: turned and moved by mouse, fingers, keys
+// and the device's own turning. As client/view/head_motion.h has it.
+import {aboutAxis, composed, conjugate, multiply, normalized, rotate} from "./poses.js";
+
+const turnPerSecond = 1, metresPerSecond = 0.15, turnPerPixel = 0.0025;
+const halfTurn = Math.PI;
+/// Keys that act for as long as they are down: what they push.
+const held = {
+    ArrowLeft: ["yaw", 1], ArrowRight: ["yaw", -1], ArrowUp: ["pitch", 1], ArrowDown: ["pitch", -1],
+    d: ["x", 1], a: ["x", -1], e: ["y", 1], q: ["y", -1], s: ["z", 1], w: ["z", -1],
+};
+
+/// The screen's turn in the world, of a device held so (W3C DeviceOrientation: angles in degrees about z, x and y).
+function deviceOrientation({alpha, beta, gamma}, screenAngle) {
+    const rad = degrees => degrees * Math.PI / 180;
+    const turned = multiply(multiply(aboutAxis([0, 0, 1], rad(alpha)), aboutAxis([1, 0, 0], rad(beta))),
+                            aboutAxis([0, 1, 0], rad(gamma)));
+    // Its world has z up, ours y; its screen lies along x and y.
+    const up = aboutAxis([1, 0, 0], -Math.PI / 2);
+    return multiply(multiply(up, turned), aboutAxis([0, 0, 1], -rad(screenAngle)));
+}
+
+export class Head {
+    constructor(element) {
+        this.down = new Set();
+        this.centre();
+        this.device = null;
+        element.addEventListener("pointerdown", event => {
+            element.setPointerCapture(event.pointerId);
+            this.dragged = event.pointerId;
+        });
+        element.addEventListener("pointermove", event => {
+            if (this.dragged !== event.pointerId)
+                return;
+            this.yaw += turnPerPixel * event.movementX;
+            this.tilt(turnPerPixel * event.movementY);
+        });
+        for (const end of ["pointerup", "pointercancel"])
+            element.addEventListener(end, () => this.dragged = null);
+        addEventListener("blur", () => this.down.clear());
+    }
+
+    centre() {
+        this.yaw = this.pitch = 0;
+        this.offset = [0, 0, 0];
+        this.deviceCentre = null;
+    }
+
+    tilt(angle) {
+        this.pitch = Math.min(Math.max(this.pitch + angle, -halfTurn / 2), halfTurn / 2);
+    }
+
+    /// Whether the key is one that is held.
+    key(name, isDown) {
+        if (!(name in held))
+            return false;
+        if (isDown)
+            this.down.add(name);
+        else
+            this.down.delete(name);
+        return true;
+    }
+
+    /// Some browsers ask the person first, and only after a touch.
+    async followDevice() {
+        if (this.follows)
+            return;
+        if (globalThis.DeviceOrientationEvent?.requestPermission)
+            if (await DeviceOrientationEvent.requestPermission() !== "granted")
+                return;
+        this.follows = true;
+        addEventListener("deviceorientation", event => {
+            if (event.alpha === null || event.beta === null || event.gamma === null)
+                return;
+            this.device = deviceOrientation(event, screen.orientation?.angle ?? 0);
+        });
+    }
+
+    /// Goes on for so many seconds; stays within `lean` metres.
+    steer(seconds, lean) {
+        const push = {yaw: 0, pitch: 0, x: 0, y: 0, z: 0};
+        for (const name of this.down)
+            push[held[name][0]] += held[name][1];
+        this.yaw += seconds * turnPerSecond * push.yaw;
+        this.tilt(seconds * turnPerSecond * push.pitch);
+        const moved = rotate(aboutAxis([0, 1, 0], this.yaw), [push.x, push.y, push.z]);
+        this.offset = this.offset.map((metres, i) => metres + seconds * metresPerSecond * moved[i]);
+        const away = Math.hypot(...this.offset);
+        if (away > lean)
+            this.offset = this.offset.map(metres => metres * lean / away);
+    }
+
+    /// In the world, for a frame whose head is `around`.
+    pose(around) {
+        const turn = multiply(aboutAxis([0, 1, 0], this.yaw), aboutAxis([1, 0, 0], this.pitch));
+        let device = [1, 0, 0, 0];
+        if (this.device) {
+            // Where it was turned to at first is straight ahead.
+            const [w, , y] = this.device;
+            this.deviceCentre ??= conjugate(normalized(Math.hypot(w, y) < 1e-6 ? [1, 0, 0, 0] : [w, 0, y, 0]));
+            device = multiply(this.deviceCentre, this.device);
+        }
+        return composed(around, {position: this.offset, orientation: normalized(multiply(turn, device))});
+    }
+}

@@ -1,0 +1,26 @@
+// The page's side of worker.js.
+import {StreamError} from "./bytes.js";
+
+export class Helper {
+    constructor(text) {
+        this.worker = new Worker(URL.createObjectURL(new Blob([text], {type: "text/javascript"})));
+        this.waiting = new Map();
+        this.number = 0;
+        this.worker.onmessage = ({data}) => {
+            const {resolve, reject} = this.waiting.get(data.number);
+            this.waiting.delete(data.number);
+            if (data.problem)
+                reject(new StreamError(data.problem));
+            else
+                resolve(data.answer);
+        };
+    }
+
+    ask(order, words, buffers = []) {
+        const number = ++this.number;
+        return new Promise((resolve, reject) => {
+            this.waiting.set(number, {resolve, reject});
+            this.worker.postMessage({number, order, ...words}, buffers);
+        });
+    }
+}

@@ -1,0 +1,328 @@
+// The page: where a stream comes from, what is on show, and what keys and buttons do.
+import {StreamError} from "./bytes.js";
+import {viewOf} from "./eye.js";
+import {openGl} from "./gl.js";
+import {Head} from "./head.js";
+import {Helper} from "./helper.js";
+import {LiveSocket} from "./live.js";
+import {ShownFrame} from "./picture.js";
+import {Player} from "./player.js";
+import {composed, eyeOf} from "./poses.js";
+import {Renderer} from "./renderer.js";
+import {Headset} from "./xr.js";
+
+const of = id => document.getElementById(id);
+const textOf = id => JSON.parse(of(id).textContent);
+const words = new URLSearchParams(location.search);
+const defaultFov = 90 * Math.PI / 180;
+const layouts = ["one", "side by side", "anaglyph"];
+
+class Page {
+    constructor() {
+        this.canvas = of("picture");
+        this.gl = openGl(this.canvas);
+        this.renderer = new Renderer(this.gl, textOf("shaders"), textOf("numbers"));
+        this.helper = new Helper(textOf("worker"));
+        this.shownFrame = new ShownFrame(this.renderer, this.helper, error => this.fail(error));
+        this.head = new Head(this.canvas);
+        this.layout = Math.max(0, layouts.indexOf(words.get("layout")));
+        this.player = null;
+        this.refreshes = [];  // when the last ones were, milliseconds
+        this.times = {opened: null, firstPicture: null};
+        this.isExact = false;  // a test says what is shown
+        this.headset = new Headset(this.gl, (time, eyes, head, framebuffer) => this.drawHeadset(time, eyes, head, framebuffer),
+                                   () => this.refreshAgain());
+        this.listen();
+        this.refreshAgain();
+    }
+
+    // Streams.
+
+    open(name, isLive) {
+        this.live?.close();
+        this.live = null;
+        this.player?.close();
+        of("problem").textContent = of("note").textContent = "";
+        of("start").hidden = true;
+        of("loading").hidden = false;
+        this.times = {opened: performance.now(), firstPicture: null};
+        this.player = new Player(this.helper, name, {
+            isLive, onNote: text => of("note").textContent = text, onProblem: error => this.fail(error),
+        });
+        this.player.loops = words.get("loop") !== "0";
+        return this.player;
+    }
+
+    async read(name, bytes) {
+        const player = this.open(name, false);
+        try {
+            for await (const piece of bytes()) {
+                if (player.isClosed)
+                    return;
+                player.push(piece);
+            }
+            player.end();
+        } catch (error) {
+            if (!player.isClosed)
+                this.fail(error);
+        }
+    }
+
+    openFile(file) {
+        return this.read(file.name, async function* () {
+            for (let at = 0; at < file.size; at += 1 << 20)
+                yield new Uint8Array(await file.slice(at, at + (1 << 20)).arrayBuffer());
+        });
+    }
+
+    openUrl(url) {
+        return this.read(url, async function* () {
+            const answer = await fetch(url).catch(error => {
+                throw new StreamError(`${url}: cannot be fetched (${error.message})`);
+            });
+            if (!answer.ok)
+                throw new StreamError(`${url}: the server answers ${answer.status} ${answer.statusText}`);
+            const reader = answer.body.getReader();
+            for (let piece = await reader.read(); !piece.done; piece = await reader.read())
+                yield piece.value;
+        });
+    }
+
+    openLive(url) {
+        const player = this.open(url, true);
+        this.live = new LiveSocket(url, {
+            onBytes: bytes => player.push(bytes), onProblem: error => this.fail(error),
+            onEnd: () => of("note").textContent = "the server has ended the stream",
+        });
+    }
+
+    fail(error) {
+        of("loading").hidden = true;
+        if (!(error instanceof StreamError))
+            console.error(error);
+        of("problem").textContent = error.message ?? `${error}`;
+    }
+
+    // What is seen.
+
+    get around() {
+        return this.player?.shown?.info.head ?? this.shownFrame.frame?.info.head;
+    }
+
+    viewed() {
+        const ratio = Math.min(devicePixelRatio, 2);
+        const width = Math.max(16, Math.round(this.canvas.clientWidth * ratio));
+        const height = Math.max(16, Math.round(this.canvas.clientHeight * ratio));
+        if (this.canvas.width !== width || this.canvas.height !== height)
+            Object.assign(this.canvas, {width, height});
+        const each = layouts[this.layout] === "side by side" ? Math.floor(width / 2) : width;
+        return viewOf(each, height, Math.min(defaultFov, 2 * Math.atan(each / height)));
+    }
+
+    refreshAgain() {
+        requestAnimationFrame(time => this.refresh(time));
+    }
+
+    refresh(time) {
+        if (this.headset.session)
+            return;
+        this.refreshAgain();
+        if (this.isExact || !this.player)
+            return;
+        const view = this.viewed();
+        const seconds = this.goOn(time);
+        const head = this.headOf(seconds);
+        if (!head)
+            return;
+        const ipd = this.player.shown?.info.ipd ?? this.shownFrame.frame.info.ipd;
+        const sides = this.layout === 0 ? [0] : [-1, 1];
+        const eyes = sides.map(side => eyeOf(head, side, ipd));
+        this.want(view, eyes);
+        if (!this.shownFrame.frame)
+            return;
+        this.live?.sendHead(this.shownFrame.frame.info.time, head, view);
+        const pictures = eyes.map((eye, i) => this.renderer.drawEye(view, eye, i, eyes.length));
+        this.present(pictures);
+    }
+
+    present(pictures) {
+        const {width, height} = this.canvas, half = Math.floor(width / 2);
+        const [left, right = left] = pictures;
+        if (layouts[this.layout] !== "side by side")
+            this.renderer.show(null, {left: 0, bottom: 0, width, height}, left, right, this.layout === 2);
+        else
+            [left, right].forEach((eye, i) => this.renderer.show(
+                null, {left: i * half, bottom: 0, width: half, height}, eye, eye, false));
+        if (!this.times.firstPicture) {
+            this.times.firstPicture = performance.now();
+            of("loading").hidden = true;
+        }
+    }
+
+    /// To the time of this refresh; seconds since the one before.
+    goOn(time) {
+        const seconds = Math.min((time - (this.refreshes.at(-1) ?? time)) / 1000, 0.25);
+        this.refreshes.push(time);
+        if (this.refreshes.length > 60)
+            this.refreshes.shift();
+        this.player.advance(seconds);
+        this.tell();
+        return seconds;
+    }
+
+    headOf(seconds) {
+        const {around} = this;
+        if (!around)
+            return null;
+        const info = (this.player.shown ?? this.shownFrame.frame).info;
+        this.head.steer(seconds, info.lean);
+        return this.head.pose(around);
+    }
+
+    want(view, eyes) {
+        this.shownFrame.want(this.player.shown, view, eyes);
+        this.player.forgetLeft(this.shownFrame.kept);
+    }
+
+    drawHeadset(time, eyes, head, framebuffer) {
+        this.goOn(time);
+        const {around} = this;
+        if (!around)
+            return;
+        const poses = eyes.map(({local}) => composed(around, local));
+        this.want(eyes[0].view, poses);
+        if (!this.shownFrame.frame)
+            return;
+        this.live?.sendHead(this.shownFrame.frame.info.time, composed(around, head), eyes[0].view);
+        eyes.forEach(({view, place}, i) => {
+            const picture = this.renderer.drawEye(view, poses[i], i, eyes.length);
+            this.renderer.show(framebuffer, place, picture, picture, false);
+        });
+        this.times.firstPicture ??= performance.now();
+    }
+
+    tell() {
+        const {player, refreshes} = this, {frame} = this.shownFrame;
+        const span = refreshes.at(-1) - refreshes[0];
+        const parts = [`${span > 0 ? Math.round(1000 * (refreshes.length - 1) / span) : 0} fps`];
+        if (frame) {
+            const {width, height} = frame.info.camera;
+            const seen = frame.window ? ` + window ${frame.window.info.camera.width}x${frame.window.info.camera.height}` : "";
+            parts.push(`${width}x${height}${seen}${frame.main.distances ? "" : ", no depth"}`);
+        }
+        const seconds = player.isLive ? (performance.now() - this.times.opened) / 1000 : player.length;
+        parts.push(`${seconds > 0 ? (8e-6 * player.bytes / seconds).toFixed(1) : 0} Mbit/s`, `${player.lateFrames} late`);
+        of("figures").textContent = parts.join("  ");
+        of("line").hidden = player.isLive;
+        of("time").max = player.length;
+        if (document.activeElement !== of("time"))
+            of("time").value = player.time;
+        of("pause").textContent = player.plays ? "❚❚" : "▶";
+    }
+
+    // What people do.
+
+    listen() {
+        const actions = {
+            " ": () => this.player.plays = !this.player.plays,
+            "c": () => {
+                this.head.centre();
+                this.headset.recentre();
+            },
+            "Home": () => this.player.seek(0),
+            ",": () => this.step(-1),
+            ".": () => this.step(1),
+            "l": () => this.player.loops = !this.player.loops,
+            "v": () => this.layout = (this.layout + 1) % layouts.length,
+            "t": () => of("figures").hidden = !of("figures").hidden,
+            "h": () => of("help").hidden = !of("help").hidden,
+            "o": () => of("file").click(),
+            "g": () => this.head.followDevice(),
+            "f": () => document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen(),
+        };
+        addEventListener("keydown", event => {
+            const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+            if (event.ctrlKey || event.metaKey || event.altKey)
+                return;
+            if (this.head.key(name, true))
+                return event.preventDefault();
+            const needsPlayer = [" ", "Home", ",", ".", "l"].includes(name);
+            if (name in actions && (this.player || !needsPlayer)) {
+                event.preventDefault();
+                actions[name]();
+            }
+        });
+        addEventListener("keyup", event => this.head.key(event.key.length === 1 ? event.key.toLowerCase() : event.key, false));
+        for (const button of document.querySelectorAll("[data-key]"))
+            button.addEventListener("click", () => {
+                button.blur();
+                actions[button.dataset.key]();
+            });
+        of("time").addEventListener("input", () => this.player?.seek(Number(of("time").value)));
+        of("time").addEventListener("change", () => of("time").blur());
+        of("file").addEventListener("change", () => of("file").files[0] && this.openFile(of("file").files[0]));
+        addEventListener("dragover", event => event.preventDefault());
+        addEventListener("drop", event => {
+            event.preventDefault();
+            if (event.dataTransfer.files[0])
+                this.openFile(event.dataTransfer.files[0]);
+        });
+        this.canvas.addEventListener("webglcontextlost", () => this.fail(new StreamError(
+            "the browser has taken the graphics card away: load the page again")));
+        Headset.isThere().then(isThere => of("headset").hidden = !isThere);
+        of("headset").addEventListener("click", () => this.headset.start().catch(error => this.fail(error)));
+        of("gyroscope").hidden = !("ontouchstart" in window);
+    }
+
+    step(frames) {
+        const {player} = this;
+        if (!player.shown || player.isLive)
+            return;
+        player.plays = false;
+        const all = player.recording.frames, at = all.indexOf(player.shown.index) + frames;
+        if (at >= 0 && at < all.length)
+            player.seek(player.recording.times.get(all[at]) - player.recording.start);
+    }
+
+    // For programs that drive the page.
+
+    /// What this eye pose sees of a frame: RGBA, row by row from the top. Other drawing stops. `view` has its own focal
+    /// length and middle (eye.js).
+    async look({frame, width, height, eye, view = viewOf(width, height, defaultFov)}) {
+        this.isExact = true;
+        while (this.shownFrame.isMaking)
+            await new Promise(resolve => setTimeout(resolve, 5));
+        const shown = await this.player.frame(frame);
+        await this.shownFrame.show(shown, view, [eye], true);
+        this.player.forgetLeft(this.shownFrame.kept);
+        this.renderer.drawEye(view, eye, 0, 1);
+        return this.renderer.read(0);
+    }
+}
+
+/// A stream that a page may name: on the host it came from.
+function relative(url) {
+    const target = new URL(url, location.href);
+    if (target.origin !== location.origin)
+        throw new StreamError(`?src=${url}: expected a file beside this page, found another host`);
+    return target.href;
+}
+
+function start() {
+    try {
+        if (!globalThis.VideoDecoder)
+            throw new StreamError("this page needs WebCodecs, which browsers have on https:// and on localhost alone");
+        const page = new Page();
+        globalThis.equistream = page;
+        if (words.has("src"))
+            page.openUrl(relative(words.get("src")));
+        else if (words.has("live"))
+            page.openLive(relative(words.get("live")).replace(/^http/, "ws"));
+    } catch (error) {
+        of("problem").textContent = error.message;
+        if (!(error instanceof StreamError))
+            console.error(error);
+    }
+}
+
+start();

@@ -1,0 +1,176 @@
+// Which frame is on show when: of a recording by its time line, of a live stream the newest.
+import {FrameMaker} from "./frames.js";
+import {Recording} from "./recorded.js";
+import {StreamReader} from "./stream.js";
+
+export class Player {
+    /// Calls onNote(text) and onProblem(error).
+    constructor(helper, name, {isLive, onNote, onProblem}) {
+        this.isLive = isLive;
+        this.onProblem = onProblem;
+        this.ready = [];     // frames after the one on show, in order
+        this.shown = null;   // nothing for a moment after a jump
+        this.left = [];      // frames that were on show
+        this.time = 0;       // of the time line, seconds from the first frame
+        this.plays = true;
+        this.loops = true;
+        this.lateFrames = 0;
+        this.bytes = 0;
+        this.maker = new FrameMaker(helper, {
+            isLive, onProblem, onNote,
+            onFrame: frame => this.came(frame),
+        });
+        this.recording = isLive ? null : new Recording(this.maker);
+        this.packets = Promise.resolve();
+        this.reader = new StreamReader(name, packet => {
+            if (this.recording)
+                this.recording.add(packet);
+            else
+                this.packets = this.packets.then(() => this.maker.push(packet)).catch(onProblem);
+        });
+        this.onNote = onNote;
+        this.noted = 0;
+    }
+
+    push(bytes) {
+        this.bytes += bytes.length;
+        this.reader.push(bytes);
+        this.tellProblems();
+    }
+
+    tellProblems() {
+        const problems = [...this.reader.problems];
+        for (const problem of problems.slice(this.noted))
+            this.onNote(problem);
+        this.noted = problems.length;
+    }
+
+    /// There will be no more bytes.
+    end() {
+        if (this.recording)
+            this.recording.isComplete = true;
+        this.reader.end();
+        this.tellProblems();
+    }
+
+    close() {
+        this.isClosed = true;
+        for (const frame of [...this.ready, ...this.left, this.shown])
+            if (frame)
+                this.maker.forget(frame);
+        this.maker.close();
+    }
+
+    came(frame) {
+        if (this.isClosed)
+            return;
+        // Before a jump's key frame lie frames that are not wanted.
+        if (this.recording && frame.index < this.recording.from)
+            return this.maker.forget(frame);
+        this.ready.push(frame);
+    }
+
+    get length() {
+        return this.recording?.length ?? 0;
+    }
+
+    timeOf(frame) {
+        return frame.info.time - (this.recording?.start ?? 0);
+    }
+
+    /// Goes on for so many seconds. Whether another frame is on show now.
+    advance(seconds) {
+        const before = this.shown;
+        if (this.recording)
+            this.advanceRecording(seconds);
+        else
+            while (this.ready.length > 0)
+                this.take();
+        return this.shown !== before;
+    }
+
+    advanceRecording(seconds) {
+        const {recording} = this;
+        recording.feed(() => this.ready.length).catch(this.onProblem);
+        if (!this.shown && this.ready.length > 0) {
+            this.take();
+            this.time = this.timeOf(this.shown);
+        }
+        if (!this.shown || !this.plays)
+            return;
+        this.time += seconds;
+        let passed = 0;
+        while (this.ready.length > 0 && this.timeOf(this.ready[0]) <= this.time + 1e-6) {
+            this.take();
+            ++passed;
+        }
+        this.lateFrames += Math.max(passed - 1, 0);
+        const next = this.timeOf(this.shown) + 1 / this.shown.info.framesPerSecond;
+        if (this.ready.length > 0 || this.time < next)
+            return;
+        if (recording.isFinished && this.maker.waiting === 0)
+            this.atEnd();
+        else
+            this.time = next;  // what has not been decoded is waited for
+    }
+
+    atEnd() {
+        if (this.loops) {
+            this.recording.rewind(this.recording.frames[0]);
+            this.time = 0;
+            this.rewound();
+        } else {
+            this.plays = false;
+        }
+    }
+
+    rewound() {
+        for (const frame of this.ready)
+            this.maker.forget(frame);
+        this.ready = [];
+        this.leave();
+    }
+
+    leave() {
+        if (this.shown)
+            this.left.push(this.shown);
+        this.shown = null;
+    }
+
+    take() {
+        this.leave();
+        this.shown = this.ready.shift();
+    }
+
+    /// Frames that are not on show any more go, but for these.
+    forgetLeft(kept) {
+        for (const frame of this.left.filter(each => !kept.includes(each)))
+            this.maker.forget(frame);
+        this.left = this.left.filter(each => kept.includes(each));
+    }
+
+    /// Of a recording: to the frame at this time of the line.
+    seek(time) {
+        const {recording} = this;
+        if (!recording || recording.times.size === 0)
+            return;
+        const wanted = recording.start + Math.min(Math.max(time, 0), this.length);
+        const index = recording.frames.filter(each => recording.times.get(each) <= wanted + 1e-6).pop();
+        recording.rewind(index ?? recording.frames[0]);
+        this.rewound();
+    }
+
+    /// The frame of this index, once it is decoded, on show.
+    async frame(index) {
+        if (this.shown?.index === index)
+            return this.shown;
+        this.plays = false;
+        this.recording.rewind(index);
+        this.rewound();
+        while (this.shown?.index !== index) {
+            this.advance(0);
+            await new Promise(resolve => setTimeout(resolve, 5));
+        }
+        return this.shown;
+    }
+}
