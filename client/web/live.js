@@ -45,8 +45,8 @@ export class LiveSocket {
                 over(() => onProblem(error));
             }
         };
-        this.socket.onclose = ({code, reason, wasClean}) => over(() => {
-            if (wasClean && code === 1000)
+        this.socket.onclose = ({code, reason}) => over(() => {
+            if (code === 1000)
                 onEnd();
             else
                 onProblem(new StreamError(`${url}: the server hung up${reason ? ` (${reason})` : ""}`));

@@ -92,7 +92,10 @@ class Page {
         const player = this.open(url, true);
         this.live = new LiveSocket(url, {
             onBytes: bytes => player.push(bytes), onProblem: error => this.fail(error),
-            onEnd: () => of("note").textContent = "the server has ended the stream",
+            onEnd: () => {
+                player.end();
+                of("note").textContent = "the server has ended the stream";
+            },
         });
     }
 

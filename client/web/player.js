@@ -49,6 +49,8 @@ export class Player {
     end() {
         if (this.recording)
             this.recording.isComplete = true;
+        else
+            this.packets = this.packets.then(() => this.maker.finish()).catch(this.onProblem);
         this.reader.end();
         this.tellProblems();
     }

@@ -64,7 +64,7 @@ public:
     Live(const Live&) = delete;
     Live& operator=(const Live&) = delete;
 
-    LiveFigures run(std::function<void()> listening) {
+    LiveFigures run(std::function<void(const std::string&)> listening) {
         listening_ = std::move(listening);
         stop_.async_wait([this](const asio::error_code& error, int) {
             if (!error)
@@ -130,7 +130,7 @@ private:
             return look();
         }
         server_.start();
-        listening_();
+        listening_(server_.web_url());
     }
 
     /// Scene time goes on with the clock while somebody watches, and stands while nobody does.
@@ -280,7 +280,7 @@ private:
     Pace pace_;
     asio::steady_timer timer_;
     LiveFigures figures_;  // sums
-    std::function<void()> listening_;
+    std::function<void(const std::string&)> listening_;
     double frames_per_second_ = 30;
     Clock::time_point time_zero_, ordered_, noted_ = Clock::now();
     std::int64_t last_frame_ = -1;
@@ -299,7 +299,7 @@ private:
 }  // namespace
 
 LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, std::unique_ptr<Door> door,
-                       const LiveSettings& settings, const std::function<void()>& listening) {
+                       const LiveSettings& settings, const std::function<void(const std::string& web_url)>& listening) {
     return Live(io, stop, std::move(door), settings).run(listening);
 }
 

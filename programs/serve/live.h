@@ -38,9 +38,10 @@ struct LiveFigures {
 };
 
 /// Until a signal of `stop` comes; whoever watches gets what there is and the stream's end. Calls `listening` once
-/// viewers may come. Throws what ended the renderer, where it was not asked to end, in the same order.
+/// viewers may come, with where browsers go (empty: nowhere). Throws what ended the renderer, where it was not asked to
+/// end, in the same order.
 LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, std::unique_ptr<Door> door,
-                       const LiveSettings& settings, const std::function<void()>& listening);
+                       const LiveSettings& settings, const std::function<void(const std::string& web_url)>& listening);
 
 // What `equistream serve SCENE` is told beyond what every server is.
 

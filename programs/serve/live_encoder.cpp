@@ -53,7 +53,7 @@ void LiveEncoder::open() {
     settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
     box_radius_m_ = head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
     if (coding_.depth && box_radius_m_ > 0)
-        depth_code_ = make_depth_code(DepthCodeId::w10);
+        depth_code_ = make_depth_code(coding_.depth_code);
     for (const Part& part : parts_) {
         const int width = width_of(part.frame.info.camera), height = height_of(part.frame.info.camera);
         settings.tracks.push_back({part.role, width, height});

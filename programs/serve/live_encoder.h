@@ -18,6 +18,7 @@ struct LiveCoding {
     double crf = StreamSettings{}.crf;
     std::string preset = "veryfast";
     bool depth = true;
+    DepthCodeId depth_code = DepthCodeId::w10;
     std::string out;  ///< a file that gets the same bytes; empty: none
 };
 

@@ -28,7 +28,7 @@ namespace {
 constexpr double max_patience_s = 86400;
 
 struct Options {
-    std::string command, source, listen, secret_file;
+    std::string command, source, listen, web, secret_file;
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
     std::string progress = "auto";
@@ -40,6 +40,8 @@ void check(const Options& options) {
     const ServerSettings& server = options.live.settings.server;
     cli::require(server.patience_s >= 0.1 && server.patience_s <= max_patience_s, "--patience", "0.1 to 86400 s",
                  in_words(server.patience_s));
+    cli::require(!options.listen.empty() || !options.web.empty(), "--listen", "tcp://HOST:PORT, or --web PORT",
+                 "neither");
     cli::require(options.mbit_s >= 0 && options.mbit_s <= 1e5, "--mbit", "0 to 100000", in_words(options.mbit_s));
     cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
     cli::require(server.per_address.value_or(1) >= 1, "--per-address", "at least 1",
@@ -50,9 +52,13 @@ void check(const Options& options) {
                  options.source, "a folder, to encode with what follows --", "a file");
 }
 
-/// For scripts that wait for it.
-void say_listening(const std::string& url, bool json) {
-    std::printf("%s\n", json ? json_text(nlohmann::json{{"listening", url}}).c_str() : ("listening on " + url).c_str());
+/// For scripts that wait for it. `web`: where browsers go, or empty.
+void say_listening(const std::string& url, const std::string& web, bool json) {
+    nlohmann::ordered_json line{{"listening", url}};
+    if (!web.empty())
+        line["web"] = web;
+    std::printf("%s\n", json ? json_text(line).c_str()
+                             : ("listening on " + url + (web.empty() ? "" : ", for browsers on " + web)).c_str());
     if (std::fflush(stdout) != 0)
         throw WorkError("standard output: could not be written");
 }
@@ -116,6 +122,33 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
     return variable;
 }
 
+const char* const needs_open =
+    "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer";
+
+void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_encrypted) {
+    log_note(log, is_encrypted ? "whoever knows the secret and reaches " + url +
+                                     " can watch, and steer a scene (docs/security.md)"
+                               : "whoever reaches " + url +
+                                     " can watch, and steer a scene: there is no secret and no encryption (--open, "
+                                     "docs/security.md)");
+}
+
+/// Of --web: PORT on this machine alone, or HOST:PORT.
+WebSettings web_settings(const Options& options) {
+    const bool has_host = options.web.find(':') != std::string::npos;
+    const auto address = parse_server_address((has_host ? "tcp://" : "tcp://:") + options.web);
+    cli::require(address.has_value(), "--web", "PORT or HOST:PORT", "'" + options.web + "'");
+    const asio::ip::tcp::endpoint endpoint = resolve(*address, "--web");
+    if (!endpoint.address().is_loopback()) {
+        cli::require(options.open, "--web " + options.web, needs_open, "neither");
+        say_who_can_come(options.live.settings.server.log, "the page of --web " + options.web, false);
+    }
+    return {.address = endpoint.address().to_string(),
+            .port = endpoint.port(),
+            .patience_s = options.live.settings.server.patience_s,
+            .page = read_web_page(cli::own_folder())};
+}
+
 /// Where viewers may come, and what ends it.
 struct Entrance {
     asio::io_context io{1};
@@ -125,8 +158,9 @@ struct Entrance {
     asio::signal_set stop;
     ServerAddress address;  ///< as it listens; with the secret where nobody else knows it
 
+    /// Browsers need no --listen; there is a port for other viewers all the same.
     explicit Entrance(const Options& options)
-        : wanted(listen_address(options.listen)),
+        : wanted(listen_address(options.listen.empty() ? "tcp://:0" : options.listen)),
           secret(is_encrypted(wanted.scheme) ? secret_for(wanted, options.secret_file) : ""),
           door(bind_door(io, wanted, secret, options.live.settings.server.patience_s, options.mbit_s, "--listen")),
           stop(io, SIGINT, SIGTERM), address(door->address()) {
@@ -135,9 +169,7 @@ struct Entrance {
                      wanted.text());
         cli::require(options.mbit_s == 0 || wanted.scheme == Scheme::srt, "--mbit", "--listen srt:// beside it",
                      wanted.text());
-        cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(),
-                     "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer",
-                     "neither");
+        cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(), needs_open, "neither");
         if (wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr)
             address.secret = secret;
     }
@@ -145,14 +177,8 @@ struct Entrance {
     /// Says who can come.
     void open(cli::ProgressStyle log) const {
         door->listen("--listen " + address.text());
-        if (door->is_local())
-            return;
-        log_note(log, is_encrypted(wanted.scheme)
-                          ? "whoever knows the secret and reaches " + address.text() +
-                                " can watch, and steer a scene (docs/security.md)"
-                          : "whoever reaches " + address.text() +
-                                " can watch, and steer a scene: there is no secret and no encryption (--open, "
-                                "docs/security.md)");
+        if (!door->is_local())
+            say_who_can_come(log, address.text(), is_encrypted(wanted.scheme));
     }
 };
 
@@ -183,7 +209,7 @@ void run_recorded(const Options& options) {
             server.stop();
     });
     server.start();
-    say_listening(entrance.address.text_with_secret(), options.json);
+    say_listening(entrance.address.text_with_secret(), server.web_url(), options.json);
     entrance.io.run();
     report(options, server.figures());
 }
@@ -196,8 +222,10 @@ void run_live(const Options& options) {
     const LiveSettings settings =
         live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
     entrance.open(options.live.settings.server.log);
-    report(options, serve_live(entrance.io, entrance.stop, std::move(entrance.door), settings,
-                               [&] { say_listening(entrance.address.text_with_secret(), options.json); }));
+    report(options,
+           serve_live(entrance.io, entrance.stop, std::move(entrance.door), settings, [&](const std::string& web) {
+               say_listening(entrance.address.text_with_secret(), web, options.json);
+           }));
 }
 
 std::function<void()> set_up(cli::CommandLine& app, Options& options) {
@@ -210,17 +238,19 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
                    "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
                    "render about the scene");
     app.add_option(
-           "--listen", options.listen,
-           "tcp://HOST:PORT; tls:// or srt:// so for viewers that know a secret, encrypted; without a host this "
-           "machine alone can connect (127.0.0.1), port 0 is one that is free")
-        .required();
+        "--listen", options.listen,
+        "tcp://HOST:PORT; tls:// or srt:// so for viewers that know a secret, encrypted; without a host this "
+        "machine alone can connect (127.0.0.1), port 0 is one that is free. Required without --web");
+    app.add_option("--web", options.web,
+                   "PORT or HOST:PORT of a page that shows the stream in a browser; without a host this machine alone "
+                   "can open it");
     app.add_option("--secret-file", options.secret_file,
                    "Of tls:// and srt://: its first line is the secret; made where it is not there. Without it the "
                    "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
     cli::add_with_default(app, "--mbit", options.mbit_s,
                           "Of srt://: what each viewer is sent at most, megabits a second; 0: no limit");
     app.add_flag("--open", options.open,
-                 "With tcp:// beyond this machine: everybody who reaches it can watch and steer");
+                 "With tcp:// or --web beyond this machine: everybody who reaches it can watch and steer");
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
     app.add_option("--per-address", server.per_address,
                    "Of them from one address (default: 4, and any number from this machine)");
@@ -233,8 +263,13 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         .description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
     add_live_options(app, options.live);
     return [&options, &app] {
-        options.live.settings.server.log = cli::parse_progress(options.progress);
+        LiveSettings& live = options.live.settings;
+        live.server.log = cli::parse_progress(options.progress);
         check(options);
+        if (!options.web.empty()) {
+            live.server.web = web_settings(options);
+            live.coding.depth_code = DepthCodeId::pece420;  // browsers decode it on every device
+        }
         if (is_scene(options.source))
             return run_live(options);
         require_live_options_unused(app, options.source);

@@ -2,6 +2,7 @@
 
 #include <equistream/json_text.h>
 
+#include <asio/post.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -63,7 +64,24 @@ struct Server::Arrival {
 };
 
 Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings)
-    : io_(io), door_(std::move(door)), pause_(io), programme_(programme), settings_(settings) {}
+    : io_(io), door_(std::move(door)), pause_(io), programme_(programme), settings_(settings) {
+    if (settings_.web)
+        web_ = std::make_unique<WebDoor>(
+            *settings_.web, [this](Descriptor end, const std::string& address, std::uint16_t port) {
+                const asio::ip::address peer = asio::ip::make_address(address);
+                asio::post(io_, [this, peer, port, end = std::move(end)]() mutable {
+                    const auto protocol = peer.is_v6() ? asio::ip::tcp::v6() : asio::ip::tcp::v4();
+                    if (door_->is_open())
+                        welcome({tcp_wire(asio::ip::tcp::socket(io_, protocol, end.release())), peer, port});
+                });
+            });
+}
+
+void Server::start() {
+    accept();
+    if (web_)
+        web_->start();
+}
 
 void Server::accept() {
     door_->accept([this](const asio::error_code& error, Door::Guest guest) {
@@ -196,6 +214,8 @@ void Server::wake() {
 
 void Server::stop_accepting() {
     door_->close();
+    if (web_)
+        web_->stop_accepting();
     pause_.cancel();
 }
 
@@ -212,6 +232,7 @@ void Server::stop() {
         arrival->patience.cancel();
         arrival->wire->close();
     }
+    web_.reset();
 }
 
 void log_event(cli::ProgressStyle style, const ViewerEvent& event) {

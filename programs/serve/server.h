@@ -3,6 +3,7 @@
 #include "door.h"
 #include "programmes.h"
 #include "viewer.h"
+#include "web_door.h"
 
 #include <programs/cli/program.h>
 
@@ -55,6 +56,7 @@ struct ServerSettings {
     std::optional<int> per_address{};
     double patience_s = 10;  ///< with one that does not read, or not fast enough
     cli::ProgressStyle log = cli::ProgressStyle::automatic;
+    std::optional<WebSettings> web{};  ///< browsers come there
 };
 
 /// What a limit by address counts: IPv4's address, also where it comes within IPv6's; of IPv6 the network of 64 bits,
@@ -70,10 +72,12 @@ struct ServerFigures {
 
 class Server {
 public:
-    /// `door` listens; `programme` must outlive it.
+    /// `door` listens; `programme` must outlive it. Throws InputError where browsers cannot come where they should.
     Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings);
 
-    void start() { accept(); }
+    void start();
+    /// Where browsers come; empty: nowhere.
+    std::string web_url() const { return web_ ? web_->url() : std::string(); }
     /// There may be more to send to each.
     void wake();
     std::size_t viewers() const { return viewers_.size(); }
@@ -111,6 +115,7 @@ private:
     std::set<std::shared_ptr<Arrival>> arrivals_;  ///< not agreed with yet
     RateLimit connections_{100, 500};  ///< what strangers may take of the processor; more wait in the system
     RateLimit lines_{20, 2};           ///< of the log
+    std::unique_ptr<WebDoor> web_;     ///< null: browsers do not come
 };
 
 }  // namespace equistream::serve

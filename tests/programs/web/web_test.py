@@ -1,0 +1,376 @@
+"""The page that shows streams in a browser, in a real headless Chromium.
+
+usage: web_test.py BIN_DIR [Accuracy | Streams | Headset | Serve]
+"""
+
+import base64
+import http.client
+import json
+import math
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from PIL import Image
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from chromium import Chromium, Folder, find_chromium  # noqa: E402
+from independent import *  # noqa: E402,F403
+
+PROGRAMS = Programs(sys.argv.pop(1))
+PAGE = PROGRAMS.folder.parent / "share" / "equistream" / "web.html"
+IPD = 0.063
+SIZE = (640, 360)
+FRAMES = 4
+
+# The page hands pixels over as text.
+LOOK = """equistream.look(%s).then(pixels => {
+    let text = "";
+    for (let i = 0; i < pixels.length; i += 8192)
+        text += String.fromCharCode(...pixels.subarray(i, i + 8192));
+    return btoa(text);
+})"""
+
+
+def turned(yaw_deg, pitch_deg):
+    yaw, pitch = math.radians(yaw_deg) / 2, math.radians(pitch_deg) / 2
+    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    return np.array([cy * cp, cy * sp, sy * cp, -sy * sp])
+
+
+def rotated(q, v):
+    w, r = q[0], np.asarray(q[1:])
+    return v + 2 * np.cross(r, np.cross(r, v) + w * np.asarray(v))
+
+
+# Of the head, around where each frame's is: metres, and degrees to the left and up; then the share of pixels that must
+# be alike. The last one looks into the roof's laths: a card places corners on 1/256 of a pixel, the CPU does not, and
+# along so many outlines that shows.
+HEADS = [((0, 0, 0), 0, 0, 0.999), ((0.06, 0.02, -0.03), 40, -10, 0.999), ((-0.07, 0, 0.04), 170, 20, 0.999),
+         ((0.03, -0.05, 0.02), -80, 60, 0.995)]
+
+
+def setUpModule():
+    Web.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_web_"))
+    shutil.copy(PAGE, Web.root / "web.html")
+    Web.scene = PROGRAMS.scene("pavilion", Web.root)
+    Web.frames = Web.root / "frames"
+    PROGRAMS.run("render", Web.scene, "--frames", f"0-{FRAMES - 1}", "--size", "512x256", "--spp", 4, "--progress", "none",
+                 "--out", Web.frames)
+    Web.folder = Folder(Web.root)
+
+
+def tearDownModule():
+    Web.folder.close()
+    shutil.rmtree(Web.root, ignore_errors=True)
+
+
+class Web(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = Chromium()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+
+    def encode(self, name, *words, frames=None):
+        file = self.root / name
+        if not file.exists():
+            PROGRAMS.run("encode", frames or self.frames, "--out", file, "--fill", "none", "--progress", "none", *words)
+        return file
+
+    def open(self, query):
+        self.browser.open(f"{self.folder.url}web.html?{query}")
+
+    def open_stream(self, file):
+        self.open(f"src={file.name}")
+        self.browser.wait_for("equistream.times.firstPicture")
+
+    def said(self, where="problem"):
+        return self.browser.evaluate(f"document.getElementById('{where}').textContent")
+
+    def look(self, frame, position, orientation, size=None):
+        size = size or SIZE
+        words = {"frame": frame, "width": size[0], "height": size[1],
+                 "eye": {"position": list(position), "orientation": list(orientation)}}
+        pixels = base64.b64decode(self.browser.evaluate(LOOK % json.dumps(words)))
+        return np.frombuffer(pixels, np.uint8).reshape(size[1], size[0], 4)[..., :3]
+
+
+def heads_of(file):
+    """A head for each frame, in the world."""
+    first = json.loads(PROGRAMS.run("info", file, "--json"))["tracks"][0]["first_frame"]["head"]
+    around = np.array(first["position_m"])
+    return [(around + np.array(offset), turned(yaw, pitch)) for offset, yaw, pitch, _ in HEADS]
+
+
+def share_alike(one, other):
+    return np.mean(np.abs(one.astype(int) - other.astype(int)).max(axis=-1) <= 2)
+
+
+class Accuracy(Web):
+    """The page and `play` show the same: in nearly all pixels no channel differs by more than 2 of 255."""
+
+    def compare(self, file, *words):
+        heads = heads_of(file)
+        path = self.root / "heads.csv"
+        path.write_text("".join(", ".join(map(repr, map(float, (i / 30, *place, *turn)))) + "\n"
+                                for i, (place, turn) in enumerate(heads)))
+        out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+        PROGRAMS.run("play", file, "--head", path, "--size", "{}x{}".format(*SIZE), "--ipd", IPD, "--mirrors", "surface",
+                     "--progress", "none", "--out", out, *words)
+        self.open_stream(file)
+        shares = {}
+        for i, (place, turn) in enumerate(heads):
+            for side, eye in ((-0.5, "left"), (0.5, "right")):
+                ours = self.look(i, place + rotated(turn, (side * IPD, 0, 0)), turn)
+                theirs = np.asarray(Image.open(out / eye / f"frame.{i:04d}.png").convert("RGB"))
+                shares[i, eye] = share_alike(ours, theirs)
+                if shares[i, eye] < HEADS[i][3]:
+                    kept = pathlib.Path(tempfile.gettempdir()) / "equistream_web_failures"
+                    kept.mkdir(exist_ok=True)
+                    for who, picture in (("page", ours), ("play", theirs)):
+                        Image.fromarray(picture).save(kept / f"{file.stem}.{i}.{eye}.{who}.png")
+        print(file.name, {key: round(float(share), 5) for key, share in shares.items()}, self.said("note"))
+        for key, share in shares.items():
+            self.assertGreaterEqual(share, HEADS[key[0]][3], f"frame and eye {key} of {file.name}")
+
+    def test_by_depth(self):
+        self.compare(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--method", "mesh", "--fill", "pushpull")
+
+    def test_by_depth_of_8_bits_in_mp4(self):
+        self.compare(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1), "--method", "mesh", "--fill", "pushpull")
+
+    def test_by_halved_depth(self):
+        self.compare(self.encode("halved.mkv", "--depth", "w10", "--depth-scale", 2), "--method", "mesh", "--fill", "pushpull")
+
+    def test_with_a_window(self):
+        frames = self.root / "seen"
+        PROGRAMS.run("render", self.scene, "--frames", f"0-{FRAMES - 1}", "--window", "gaze,70x50", "--size", "256x128", "--density", 768,
+                     "--spp", 4, "--progress", "none", "--out", frames)
+        self.compare(self.encode("window.mkv", "--depth", "pece420", "--depth-scale", 1, frames=frames), "--method", "mesh",
+                     "--fill", "base,pushpull")
+
+    def test_without_depth(self):
+        self.compare(self.encode("turned.mp4", "--depth", "none"), "--method", "rotation", "--fill", "pushpull")
+
+
+class Streams(Web):
+    """What may be wrong with a stream is said in one line."""
+
+    def problem_of(self, query):
+        self.open(query)
+        self.browser.wait_for("document.getElementById('problem').textContent")
+        return self.said()
+
+    def test_what_cannot_be_shown_is_said(self):
+        self.encode("h265.mkv", "--codec", "h265", "--depth", "none")
+        (self.root / "text.mkv").write_text("no stream at all\n" * 100)
+        self.assertIn("404", self.problem_of("src=missing.mkv"))
+        self.assertIn("expected a stream that", self.problem_of("src=text.mkv"))
+        self.assertIn("--codec h264", self.problem_of("src=h265.mkv"))
+        self.assertIn("another host", self.problem_of("src=https://example.com/a.mkv"))
+
+    def test_depth_that_browsers_do_not_decode_is_left_out(self):
+        self.open_stream(self.encode("w12.mkv", "--depth", "w12"))
+        self.browser.wait_for("document.getElementById('note').textContent.includes('encode --depth pece420')")
+        self.assertIn("no depth", self.said("figures"))
+
+    def test_it_plays_over_and_over_and_stops_and_jumps(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.browser.wait_for("(globalThis.turns ??= new Set()).add(equistream.player.maker.generation) && turns.size > 2")
+        self.browser.wait_for("equistream.shownFrame.frame")
+        self.browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', {key: ' '}))")
+        self.assertFalse(self.browser.evaluate("equistream.player.plays"))
+        self.browser.evaluate("equistream.player.seek(2 / 30)")
+        self.browser.wait_for("equistream.shownFrame.frame.index === 2")
+        self.assertEqual(self.said(), "")
+        self.assertEqual(self.browser.console, [])
+
+    def test_damaged_bytes_end_in_a_line(self):
+        for file in (self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1),
+                     self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1)):
+            self.open_stream(file)
+            tried = self.browser.evaluate("""(async () => {
+                const whole = new Uint8Array(await (await fetch(%s)).arrayBuffer());
+                const Reader = equistream.player.reader.constructor;
+                let seed = 1, packets = 0;
+                const random = most => (seed = (seed * 48271) %% 2147483647) %% most;
+                const others = new Set();
+                for (let trial = 0; trial < 400; ++trial) {
+                    const bytes = whole.slice(0, trial %% 2 ? 1 + random(whole.length) : whole.length);
+                    for (let i = 0; i < trial %% 8; ++i)
+                        bytes[random(Math.min(bytes.length, trial %% 3 ? 4096 : bytes.length))] = random(256);
+                    try {
+                        const reader = new Reader("damaged", () => ++packets);
+                        for (let at = 0; at < bytes.length; at += 5000)
+                            reader.push(bytes.subarray(at, at + 5000));
+                        reader.end();
+                    } catch (error) {
+                        if (error.constructor.name !== "StreamError")
+                            others.add(`${error.stack}`);
+                    }
+                }
+                return {packets, others: [...others]};
+            })()""" % json.dumps(file.name))
+            self.assertEqual(tried["others"], [])
+            self.assertGreater(tried["packets"], 0)
+
+
+# A headset that does what a script says: globalThis.headset has its head and where its eyes are.
+FAKE_HEADSET = """
+globalThis.headset = {position: [0, 1.6, 0], orientation: [1, 0, 0, 0], ended: false};
+const transform = ({position, orientation}) => ({
+    position: {x: position[0], y: position[1], z: position[2]},
+    orientation: {w: orientation[0], x: orientation[1], y: orientation[2], z: orientation[3]},
+});
+class FakeSession extends EventTarget {
+    renderState = {};
+    updateRenderState(state) { Object.assign(this.renderState, state); }
+    async requestReferenceSpace() { return {}; }
+    requestAnimationFrame(act) {
+        setTimeout(() => act(performance.now(), {getViewerPose: () => {
+            const {position, orientation} = headset;
+            const views = (headset.eyes ?? [position, position]).map((eye, i) => ({
+                eye: ["left", "right"][i], transform: transform({position: eye, orientation}),
+                // 80 degrees to the outside, 70 to the inside, as headsets have it.
+                projectionMatrix: [1, 0, 0, 0, 0, 16 / 9, 0, 0, (i ? 1 : -1) * 0.1, 0.05, -1, -1, 0, 0, -0.02, 0],
+            }));
+            return {transform: transform(headset), views};
+        }}), 10);
+    }
+}
+globalThis.XRWebGLLayer = class {
+    framebuffer = null;
+    constructor(session, gl) { this.canvas = gl.canvas; }
+    getViewport({eye}) {
+        const width = this.canvas.width / 2;
+        return {x: eye === "left" ? 0 : width, y: 0, width, height: this.canvas.height};
+    }
+};
+WebGL2RenderingContext.prototype.makeXRCompatible = async () => {};
+Object.defineProperty(navigator, "xr", {value: {
+    isSessionSupported: async mode => mode === "immersive-vr",
+    requestSession: async () => new FakeSession(),
+}});
+"""
+
+
+class Headset(Web):
+    """By WebXR both eyes see what they should: from where the head is, relative to where it began."""
+
+    def test_both_eyes(self):
+        self.browser.before_pages(FAKE_HEADSET)
+        file = self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1)
+        around = json.loads(PROGRAMS.run("info", file, "--json"))["tracks"][0]["first_frame"]["head"]
+        self.open_stream(file)
+        self.browser.evaluate("equistream.player.plays = false; equistream.player.seek(0)")
+        self.browser.wait_for("equistream.shownFrame.frame.index === 0 && !document.getElementById('headset').hidden")
+        self.browser.evaluate("Object.assign(equistream.canvas, {width: 640, height: 180})")
+        self.browser.evaluate("document.getElementById('headset').click()")
+        self.browser.wait_for("equistream.headset.centre")
+        turn = turned(25, 10)
+        eyes = [np.array([0.02, 0.03, -0.04]) + rotated(turn, (side * IPD / 2, 0, 0)) for side in (-1, 1)]
+        self.browser.evaluate("Object.assign(headset, %s)" % json.dumps({
+            "position": [0.02, 1.63, -0.04], "orientation": list(turn),
+            "eyes": [list(eye + (0, 1.6, 0)) for eye in eyes]}))
+        seen = self.settled()
+        place, facing = np.array(around["position_m"]), np.array(around["orientation_wxyz"])
+        self.browser.evaluate("equistream.headset.session = null")
+        for i, eye in enumerate(eyes):
+            words = {"frame": 0, "eye": {"position": list(place + rotated(facing, eye)),
+                                         "orientation": list(multiplied(facing, turn))},
+                     "view": {"width": 320, "height": 180, "focal": 160, "middle": [[144, 176][i], 94.5]}}
+            pixels = base64.b64decode(self.browser.evaluate(LOOK % json.dumps(words)))
+            expected = np.frombuffer(pixels, np.uint8).reshape(180, 320, 4)[..., :3]
+            self.assertGreater(share_alike(seen[:, 320 * i:320 * (i + 1)], expected), 0.99)
+        self.assertLess(share_alike(seen[:, :320], seen[:, 320:]), 0.9)
+
+    def settled(self):
+        """The picture in the headset, once it stays."""
+        script = """new Promise(resolve => {
+            const {gl} = equistream, pixels = new Uint8Array(4 * 640 * 180);
+            gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+            gl.readPixels(0, 0, 640, 180, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+            let text = "";
+            for (let i = 0; i < pixels.length; i += 8192)
+                text += String.fromCharCode(...pixels.subarray(i, i + 8192));
+            resolve(btoa(text));
+        })"""
+        before = None
+        for _ in range(100):
+            self.browser.evaluate("new Promise(resolve => setTimeout(resolve, 500))")
+            now = self.browser.evaluate(script)
+            if now == before:
+                break
+            before = now
+        return np.frombuffer(base64.b64decode(now), np.uint8).reshape(180, 640, 4)[::-1, :, :3]
+
+
+def multiplied(p, q):
+    """Quaternions."""
+    return np.concatenate([[p[0] * q[0] - p[1:] @ q[1:]], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])])
+
+
+class Serve(Web):
+    """`serve --web` hands out the page, streams to it, and hears where its head is."""
+
+    def serve(self, *words):
+        server = subprocess.Popen([PROGRAMS.folder / "equistream", "serve", *map(str, words), "--web", "0", "--json",
+                                   "--progress", "none"], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.kill)
+        return server, json.loads(server.stdout.readline())["web"]
+
+    def end(self, server):
+        server.terminate()
+        return json.loads(server.stdout.read().splitlines()[-1])
+
+    def test_a_recording(self):
+        server, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1))
+        self.browser.open(url + "?live=stream")
+        self.browser.wait_for("equistream.times.firstPicture")
+        self.browser.wait_for("document.getElementById('note').textContent.includes('ended')")
+        self.browser.wait_for(f"equistream.shownFrame.frame.index === {FRAMES - 1}")
+        self.assertEqual(self.said(), "")
+        self.assertEqual(self.end(server)["viewers"], 1)
+
+    def test_a_scene(self):
+        server, url = self.serve(self.scene, "--size", "128x64", "--spp", 1)
+        self.browser.open(url + "?live=stream")
+        self.browser.wait_for("equistream.times.firstPicture", 120)
+        self.browser.evaluate("equistream.head.yaw = 1")
+        self.browser.wait_for("Math.abs(equistream.shownFrame.frame.info.head.orientation[2]) > 0.3", 120)
+        self.assertNotIn("no depth", self.said("figures"))
+        self.assertEqual(self.said(), "")
+        self.assertGreater(self.end(server)["live"]["poses"], 0)
+
+    def status(self, url, **headers):
+        connection = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=30)
+        self.addCleanup(connection.close)
+        connection.request("GET", "/stream" if "Upgrade" in headers else "/", headers={
+            name.replace("_", "-"): value for name, value in headers.items()})
+        return connection.getresponse().status
+
+    def test_other_pages_are_refused(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1))
+        host = url.removeprefix("http://").rstrip("/")
+        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec_WebSocket_Version": "13",
+                   "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+        self.assertEqual(self.status(url), 302)
+        self.assertEqual(self.status(url, Host="evil.example"), 403)
+        self.assertEqual(self.status(url, **upgrade), 403)
+        self.assertEqual(self.status(url, **upgrade, Origin="http://evil.example"), 403)
+        self.assertEqual(self.status(url, **upgrade, Origin=f"http://{host}"), 101)
+
+
+if __name__ == "__main__":
+    if not find_chromium():
+        print("skipped: no chromium here (apt-get install chromium)")
+        sys.exit(77)
+    unittest.main()
