@@ -144,7 +144,7 @@ export class FrameMaker {
             return;
         const frame = {index, info: pictures.get("main").info};
         for (const role of ["main", "window"])
-            if (pictures.has(role))
+            if (pictures.has(role) && !this.leftOut.has(role))
                 frame[role] = await this.withDepth(role, pictures.get(role), pictures.get(depthOf[role]));
         // A window without the distances that the sphere has would take them from all.
         if (frame.window && frame.main.distances && !frame.window.distances)

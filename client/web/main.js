@@ -93,8 +93,12 @@ class Page {
         this.live = new LiveSocket(url, {
             onBytes: bytes => player.push(bytes), onProblem: error => this.fail(error),
             onEnd: () => {
-                player.end();
                 of("note").textContent = "the server has ended the stream";
+                try {
+                    player.end();
+                } catch (error) {
+                    this.fail(error);
+                }
             },
         });
     }

@@ -27,7 +27,7 @@ export class Player {
                 this.recording.add(packet);
             else
                 this.packets = this.packets.then(() => this.maker.push(packet)).catch(onProblem);
-        });
+        }, this.maker.leftOut);
         this.onNote = onNote;
         this.noted = 0;
     }

@@ -8,10 +8,12 @@ import {Mp4Reader} from "./mp4.js";
 const usedRoles = new Set(["main", "depth", "window", "window-depth"]);
 
 export class StreamReader {
-    /// Calls onPacket({role, track, key, info, bytes}) for what the page uses.
-    constructor(name, onPacket) {
+    /// Calls onPacket({role, track, key, info, bytes}) for what the page uses. What cannot be shown goes into `leftOut`,
+    /// a set of roles.
+    constructor(name, onPacket, leftOut = new Set()) {
         this.name = name;
         this.onPacket = onPacket;
+        this.leftOut = leftOut;
         this.container = null;
         this.begin = new Uint8Array(0);
         this.tracks = new Map();
@@ -77,14 +79,13 @@ export class StreamReader {
             return;
         }
         const {role} = picture.info;
-        if (!usedRoles.has(role))
+        if (!usedRoles.has(role) || this.leftOut.has(role))
             return;
-        // Of tiles, the base alone is shown.
         const first = this.byRole.get(role) ?? track;
         this.byRole.set(role, first);
         if (first !== track) {
             this.problems.add("tiles are not shown by this page: the sphere around them is");
-            first.isTile = true;
+            this.leftOut.add("window").add("window-depth");
             return;
         }
         this.onPacket({role, track, key: picture.key, info: picture.info, bytes});

@@ -134,7 +134,9 @@ TEST_F(Serving, BadUsageIsOneLine) {
         for (const std::string& program : {std::string("info "), "play --out '" + path("eyes") + "' "})
             expect_failure(run(program + url), 2, "expected tcp://HOST:PORT with a port of 1 to 65535");
     expect_failure(serve("empty", "--listen tcp://:0"), 2, "equistream encode: ");
-    expect_failure(serve("a.mkv", ""), 2, "--listen is required");
+    expect_failure(serve("a.mkv", ""), 2, "--listen: expected tcp://HOST:PORT, or --web PORT, found neither");
+    for (const char* web : {"65536", "a", "127.0.0.1:", "[::1"})
+        expect_failure(serve("a.mkv", "--web " + std::string(web)), 2, "--web: expected");
     for (const char* url : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0"})
         expect_failure(serve("a.mkv", "--listen " + std::string(url)), 2, "expected tcp://HOST:PORT");
     expect_failure(serve("a.mkv", "--listen tcp://0.0.0.0:0"), 2, "expected beyond this machine tls://, or --open");
