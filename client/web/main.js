@@ -148,8 +148,12 @@ class Page {
         if (!this.shownFrame.frame)
             return;
         this.live?.sendHead(this.shownFrame.frame.info.time, head, view);
-        const pictures = eyes.map((eye, i) => this.renderer.drawEye(view, eye, i, eyes.length));
-        this.present(pictures);
+        // What has not changed stays on the screen.
+        const seen = JSON.stringify([this.shownFrame.changes, view, eyes, this.layout]);
+        if (seen === this.seen)
+            return;
+        this.seen = seen;
+        this.present(eyes.map((eye, i) => this.renderer.drawEye(view, eye, i, eyes.length)));
     }
 
     present(pictures) {

@@ -8,6 +8,7 @@ export class ShownFrame {
         this.frame = null;
         this.isMaking = false;
         this.made = {};  // by role, of the frame's meshes
+        this.changes = 0;
     }
 
     rolesOf(frame) {
@@ -43,6 +44,7 @@ export class ShownFrame {
                 this.renderer[each.role].setMesh(each.mesh);
                 this.made[each.role] = each.made;
             }
+            ++this.changes;
         } finally {
             this.isMaking = false;
             this.coming = null;

@@ -49,7 +49,7 @@ class SourcePicture {
         this.sizeFor(picture.width, picture.height);
         this.view = view;
         this.info = info;
-        this.indexCount = 0;
+        this.hasMesh = false;
         gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
         picture.planes.forEach(({data, stride}, i) => {
             const divided = i === 0 ? 1 : 2;
@@ -80,6 +80,7 @@ class SourcePicture {
         gl.vertexAttribI4ui(1, 0, 0, 0, 0);
         gl.bindVertexArray(null);
         this.indexCount = indices.length;
+        this.hasMesh = true;  // of a window that nobody looks at, an empty one
     }
 
     get hasDepth() {
@@ -263,7 +264,7 @@ export class Renderer {
 
     /// Of one source; gaps where it does not show what the eye sees.
     reproject(source, view, eye, targets, picture) {
-        const byDepth = source.hasDepth && source.indexCount > 0 && distanceBetween(eye, source.info.pose) >= 1e-9;
+        const byDepth = source.hasDepth && source.hasMesh && distanceBetween(eye, source.info.pose) >= 1e-9;
         const {budgetPx, meshBudgetPx} = this.numbers;
         this.setEye(view, eye, source, byDepth ? meshBudgetPx : budgetPx);
         this.setBlock(0, gridBlock(source.info.camera));

@@ -51,7 +51,7 @@ def rotated(q, v):
 # be alike. The last one looks into the roof's laths: a card places corners on 1/256 of a pixel, the CPU does not, and
 # along so many outlines that shows.
 HEADS = [((0, 0, 0), 0, 0, 0.999), ((0.06, 0.02, -0.03), 40, -10, 0.999), ((-0.07, 0, 0.04), 170, 20, 0.999),
-         ((0.03, -0.05, 0.02), -80, 60, 0.995)]
+         ((0.03, -0.05, 0.02), -80, 60, 0.99)]
 
 
 def setUpModule():
