@@ -4,6 +4,13 @@ import {expectedFound} from "./bytes.js";
 
 const depthOf = {main: "depth", window: "window-depth"};
 
+/// Frames whose pictures have not all come; older ones are given up.
+const mostPartial = 300;
+
+/// Of a picture and its depth, or of a sphere and its window: one place; of the first also one camera.
+const samePose = (a, b) => JSON.stringify(a.pose) === JSON.stringify(b.pose);
+const sameView = (a, b) => samePose(a, b) && JSON.stringify(a.camera) === JSON.stringify(b.camera);
+
 /// Distinguishes pictures before and after a jump.
 let generation = 0;
 
@@ -17,7 +24,8 @@ export class FrameMaker {
         this.onProblem = onProblem;
         this.isLive = isLive;
         this.decoders = new Map();
-        this.leftOut = new Set();  // roles whose track cannot be decoded
+        this.leftOut = new Set();  // roles whose track cannot be shown
+        this.number = 0;           // never used again: pictures from before a jump may still come
         this.restart();
     }
 
@@ -25,7 +33,6 @@ export class FrameMaker {
     restart() {
         this.generation = ++generation;
         this.partial = new Map();
-        this.number = 0;
         this.infos = new Map();
         this.newest = new Map();  // by role: the last index that came
         this.started = new Set();
@@ -90,8 +97,11 @@ export class FrameMaker {
     }
 
     frame(index) {
-        if (!this.partial.has(index))
+        if (!this.partial.has(index)) {
+            if (this.partial.size >= mostPartial)
+                this.partial.delete(Math.min(...this.partial.keys()));
             this.partial.set(index, {expected: new Set(), pictures: new Map()});
+        }
         return this.partial.get(index);
     }
 
@@ -147,7 +157,9 @@ export class FrameMaker {
             if (pictures.has(role) && !this.leftOut.has(role))
                 frame[role] = await this.withDepth(role, pictures.get(role), pictures.get(depthOf[role]));
         // A window without the distances that the sphere has would take them from all.
-        if (frame.window && frame.main.distances && !frame.window.distances)
+        const {window, main} = frame;
+        if (window && ((main.distances && !window.distances) || !samePose(window.info, main.info) ||
+                       !window.info.camera.isSphere))
             delete frame.window;
         if (made === this.generation)
             this.onFrame(frame);
@@ -160,6 +172,8 @@ export class FrameMaker {
         if (!depth?.info.depth || this.leftOut.has(depthOf[role]))
             return view;
         try {
+            if (!sameView(info, depth.info))
+                throw expectedFound(`depth of frame ${info.index}`, "the camera and pose of its colour", "others");
             const [{data, stride}] = picture.planes;
             const luma = {data: depth.info.depth.halved ? data.slice() : new Uint8Array(0), stride};
             view.distances = (await this.helper.ask("depth", {key: view.key, picture: depth.picture, info: depth.info, luma})).distances;
