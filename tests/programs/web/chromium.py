@@ -61,8 +61,13 @@ class Chromium:
         self.call("Page.enable")
 
     def close(self):
-        self.process.terminate()
-        self.process.wait()
+        self.session = None
+        try:
+            self.call("Browser.close")  # by a signal its children go on for a moment, and leave files
+            self.process.wait(30)
+        except (RuntimeError, OSError, subprocess.TimeoutExpired):
+            self.process.kill()
+            self.process.wait()
         os.close(self.to_browser)
         os.close(self.from_browser)
         self.profile.cleanup()
