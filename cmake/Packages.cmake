@@ -9,7 +9,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL plugin client dev tools python3)
+set(CPACK_COMPONENTS_ALL plugin client client_modules dev tools python3)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -40,7 +40,10 @@ get_target_property(client_abi equistream_client_library SOVERSION)
 set(same "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 debian_package(plugin libequistream${plugin_abi} libs "Spherical cameras, film, AOVs and EXR export for any renderer")
 debian_package(client libequistream-client${client_abi} libs "Shows streams of path-traced spheres in any program: both eyes"
-  RECOMMENDS libegl1 libgl1-mesa-dri)
+  RECOMMENDS "libequistream-client${client_abi}-modules ${same}")
+# Apart, because OpenImageIO, with which they read scenes, depends on half a gigabyte.
+debian_package(client_modules libequistream-client${client_abi}-modules libs "OpenGL and ray casting for libequistream_client"
+  DEPENDS "libequistream-client${client_abi} ${same}" RECOMMENDS libegl1 libgl1-mesa-dri)
 debian_package(dev libequistream-dev libdevel "Headers, pkg-config and CMake files of libequistream and libequistream_client"
   DEPENDS "libequistream${plugin_abi} ${same}" "libequistream-client${client_abi} ${same}" RECOMMENDS libglm-dev)
 debian_package(tools equistream graphics "Renders, codes, serves, plays and shows path-traced spheres: the commands"
