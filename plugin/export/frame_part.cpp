@@ -42,6 +42,9 @@ std::string SequenceWriter::part_heading(std::int64_t index, std::uint32_t numbe
 }
 
 void SequenceWriter::write_part(const FrameInfo& info, const std::string& bytes) {
+    if (!manifest_is_current_)  // another one's, where parts of other settings make way
+        write_manifest(settings_.folder, settings_.manifest);
+    manifest_is_current_ = true;
     const std::string heading = part_heading(info.index, settings_.part.number, bytes);
     AtomicFile file(part_file(settings_.folder, info.index));
     file.write_at(heading.data(), heading.size(), 0);

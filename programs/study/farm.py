@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farming import jobs, openjd, slurm, task  # noqa: E402
 from farming.folder import read_plan, status_lines, write_plan  # noqa: E402
 from options import Parser, add_common, parse  # noqa: E402
-from steps import Failed, run_as_program, write_whole  # noqa: E402
+from steps import REPOSITORY, Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 TASK = "task"
 
@@ -35,7 +35,7 @@ def at_least(low, kind):
 
 def parser_of():
     parser = Parser(prog="equistream farm", usage="equistream farm [options] JOB ... [-- JOB ...]", description=__doc__.splitlines()[0],
-                    epilog="example: equistream farm --minutes 15 render pavilion.json --frames 0-99 --out frames -- encode frames --out pavilion.mp4")
+                    epilog="example: equistream farm render a.json --frames 0-99 --out frames -- encode frames --out a.mp4")
     parser.add_argument("job", metavar="JOB", nargs=argparse.REMAINDER,
                         help=f"the ordinary command line of {', '.join(jobs.COMMANDS)}; after --, others that need all before them; or status FOLDER: how far a farm is")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("farm"), metavar="DIR",
@@ -67,7 +67,7 @@ def arguments():
     options = parse(parser, "farm", own)
     options.job = job
     if not job:
-        parser.error(f"expected a job, such as render SCENE --out FRAMES, found none")
+        parser.error("expected a job, such as render SCENE --out FRAMES, found none")
     if job[0] not in (*jobs.COMMANDS, "status", TASK):
         parser.error(f"expected a job of {', '.join(jobs.COMMANDS)}, or status, found '{job[0]}'")
     return parser, options
@@ -87,11 +87,14 @@ def write_farm(options):
 def report(plan, options):
     if options.json:
         steps = [{key: step[key] for key in ("name", "tasks", "seconds")} for step in plan["steps"]]
-        print(json.dumps({"folder": str(options.out), "steps": steps, "measured": plan["measured"], "frames": plan["frames"]}, indent=1))
+        print(json.dumps({"folder": str(options.out), "steps": steps, "measured": plan["measured"], "frames": plan["frames"],
+                          "command": shlex.join(["equistream", "farm", *sys.argv[3:]]), **provenance(options.bin, REPOSITORY)}, indent=1))
         return
-    out = shlex.quote(str(options.out))
-    print("\n".join([*jobs.told(plan), "", f"written: {out}", f"  Slurm:                 sh {out}/submit.sh [options of sbatch]",
-                     f"  Open Job Description:  openjd run {out}/template.json --step {plan['steps'][-1]['name']} --run-dependencies", f"  how far it is:         equistream farm status {out}"]))
+    out, last = shlex.quote(str(options.out)), plan["steps"][-1]["name"]
+    print("\n".join([*jobs.told(plan), "", f"written: {out}",
+                     f"  Slurm:                 sh {out}/submit.sh [options of sbatch]",
+                     f"  Open Job Description:  openjd run {out}/template.json --step {last} --run-dependencies",
+                     f"  how far it is:         equistream farm status {out}"]))
 
 
 def main():
@@ -103,7 +106,8 @@ def main():
         folder = pathlib.Path(words[0]) if words else options.out
         print("\n".join(status_lines(folder, read_plan(folder))))
         return
-    if (options.out / "plan.json").exists() and not jobs.is_same(read_plan(options.out), options):
+    # The same job may be divided anew: what is finished stays.
+    if (options.out / "plan.json").exists() and read_plan(options.out)["job"] != options.job:
         raise Failed(f"{options.out}: expected the farm of this job, found another's; --out names another folder")
     report(write_farm(options), options)
 

@@ -34,7 +34,7 @@ def options_of(command):
 
 
 def places(words):
-    """The commands whose options `words` may use: those of a host or of what follows -- count, too."""
+    """The commands whose options `words` may use: those of a host, of a farm's jobs or of what follows -- count, too."""
     name = words[1]
     if name in NESTED and len(words) > 2 and words[2] in NESTED[name]:
         return [(name, words[2]), (name,)]
@@ -43,6 +43,8 @@ def places(words):
         found.append(("render", "--host", "mitsuba"))
     if name == "serve" and "--" in words:
         found += [("encode",), ("render",)]
+    if name == "farm":
+        found += [(job,) for job in ("render", "encode", "study") if job in words]
     return found
 
 

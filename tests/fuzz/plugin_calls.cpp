@@ -168,7 +168,7 @@ private:
         es_sequence_close(std::exchange(sequence, opened));
     }
     void spoil(es_sequence_settings& settings) {
-        switch (choices_.below(22)) {
+        switch (choices_.below(23)) {
         case 0:
             settings.struct_size = std::size_t(wrong_count(choices_));
             break;
@@ -232,6 +232,10 @@ private:
             break;
         case 20:
             settings.samples_by_angle = 1;
+            break;
+        case 21:
+            settings.part_count = std::uint32_t(choices_.below(4));
+            settings.part = std::uint32_t(choices_.below(4));
             break;
         default:
             settings.patch_side = 4;

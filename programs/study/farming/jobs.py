@@ -14,7 +14,8 @@ import subprocess
 import tempfile
 import time
 
-from steps import Failed, RESULTS
+from options import Progress
+from steps import RESULTS, Failed
 
 COMMANDS = ("render", "encode", "play", "compare", "study")
 DROPPED = {"--progress": 1, "--json": 0}
@@ -71,7 +72,7 @@ def asked_of(program, words):
     return json.loads(done.stdout)
 
 
-def measured_frame(program, line, render, folder):
+def measured_frame(program, line, render, folder, progress):
     """{seconds of a frame, of the start, bytes of a frame}: the middle one, rendered here with few samples and told from them."""
     words = without(line, {**DROPPED, **PLACED, "--spp": 1})
     middle = str((render["first_frame"] + render["last_frame"]) // 2)
@@ -79,6 +80,7 @@ def measured_frame(program, line, render, folder):
     took = {}
     with tempfile.TemporaryDirectory(prefix="measured-", dir=folder) as out:
         for samples in sorted({min(render["spp"], each) for each in TRIED_SAMPLES}):
+            progress.begin(f"renders frame {middle} with {samples} samples a pixel, to measure it", None)
             began = time.monotonic()
             report = asked_of(program, [*words, "--spp", str(samples), "--frames", middle, "--out", f"{out}/{samples}", "--json", "--progress", "none"])
             took[samples] = report["render_s"]
@@ -89,9 +91,12 @@ def measured_frame(program, line, render, folder):
     return {"frame_s": round(took[most] + of_sample * (render["spp"] - most), 3), "start_s": round(start_s, 3), "bytes": size}
 
 
-def step(name, kind, after=(), words=(), tasks=1, seconds=None, processors=0, limit=None, **more):
-    limit = limit or (LIMIT * seconds + SLACK_S if seconds else None)
-    return {"name": name, "kind": kind, "after": list(after), "words": list(words), "tasks": tasks, "seconds": seconds, "limit": limit, "processors": processors, **more}
+def step(name, kind, after=(), words=(), tasks=1, seconds=None, processors=None, **more):
+    """Programs of ours take all processors, and are timed so; what only links files takes one."""
+    if processors is None:
+        processors = 1 if kind == "gather" else len(os.sched_getaffinity(0))
+    return {"name": name, "kind": kind, "after": list(after), "words": list(words), "tasks": tasks, "seconds": seconds, "limit": LIMIT * seconds + SLACK_S if seconds else None,
+            "processors": processors, **more}
 
 
 def divided(render, measured, options):
@@ -101,7 +106,9 @@ def divided(render, measured, options):
         if options.parts or options.chunk:
             raise Failed("expected frames that hang on no other for --chunk and --parts, found --accumulate or --patches, whose frames go on from the one before")
         return count, 1
-    parts = options.parts or (min(MOST_PARTS, math.ceil(measured["frame_s"] / (60 * options.minutes))) if measured and render["in_parts"] and not options.chunk else 1)
+    parts = options.parts or 1
+    if not options.parts and not options.chunk and render["in_parts"]:
+        parts = min(MOST_PARTS, max(1, math.ceil(measured["frame_s"] / (60 * options.minutes))))
     if parts > 1 and not render["in_parts"]:
         raise Failed("--parts: expected a host that renders by tiles, and no --window, found pictures that are rendered whole")
     if parts > 1:
@@ -115,19 +122,20 @@ def render_steps(name, line, options, program):
     if options.frame_seconds is not None:
         measured = {"frame_s": options.frame_seconds, "start_s": 0.0, "bytes": None}
     else:
-        measured = measured_frame(program, line, render, options.out.resolve())
+        measured = measured_frame(program, line, render, options.out.resolve(), Progress("farm", options.progress))
     chunk, parts = divided(render, measured, options)
     first, last = render["first_frame"], render["last_frame"]
     tasks = math.ceil((last - first + 1) / chunk) * parts
     threads = re.search(r"--threads[ =](\d+)", " ".join(line))
-    processors = int(threads[1]) if threads else len(os.sched_getaffinity(0))
-    shared = {"first": first, "last": last, "chunk": chunk, "out": render["out"], "seconds": round(measured["start_s"] + chunk * measured["frame_s"] / parts, 1), "processors": processors}
+    processors = int(threads[1]) if threads else None
+    seconds = round(measured["start_s"] + chunk * measured["frame_s"] / parts, 1)
+    shared = {"tasks": tasks, "first": first, "last": last, "chunk": chunk, "out": render["out"], "seconds": seconds, "processors": processors}
     if parts > 1:
         words = without(line, {**DROPPED, "--frames": 1})
         whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors)
-        return [step(name, "parts", words=words, tasks=tasks, parts=parts, **shared), whole], measured, last - first + 1
-    gathered = step(f"{name}-whole", "gather", after=[name], of=name, first=first, last=last, chunk=chunk, out=render["out"], command=f"equistream {shlex.join(line)}")
-    return [step(name, "frames", words=without(line, {**DROPPED, **PLACED}), tasks=tasks, **shared), gathered], measured, last - first + 1
+        return [step(name, "parts", words=words, parts=parts, **shared), whole], measured, last - first + 1
+    gathered = step(f"{name}-whole", "gather", after=[name], of=name, first=first, last=last, out=render["out"], command=f"equistream {shlex.join(line)}")
+    return [step(name, "frames", words=without(line, {**DROPPED, **PLACED}), **shared), gathered], measured, last - first + 1
 
 
 def study_steps(line, options):
@@ -152,13 +160,8 @@ def plan_of(options):
             made = [step(name, "run", after=[each["name"] for each in steps], words=without(line, DROPPED))]
         steps += made
     folder = options.out.resolve()
-    return {"name": re.sub(r"[^A-Za-z0-9._-]", "-", folder.name) or "farm", "job": options.job, "base": os.path.relpath(pathlib.Path.cwd(), folder), "retries": options.retries, "frames": frames,
-            "measured": measured, "steps": steps}
-
-
-def is_same(plan, options):
-    """Whether a plan is of this job: it may be divided anew, and what is finished stays."""
-    return plan["job"] == options.job
+    return {"name": re.sub(r"[^A-Za-z0-9._-]", "-", folder.name) or "farm", "job": options.job, "base": os.path.relpath(pathlib.Path.cwd(), folder),
+            "retries": options.retries, "frames": frames, "measured": measured, "steps": steps}
 
 
 def hours(each):

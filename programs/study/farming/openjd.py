@@ -19,8 +19,6 @@ def step_of(step):
         made["parameterSpace"] = {"taskParameterDefinitions": [{"name": "Task", "type": "INT", "range": f"0-{step['tasks'] - 1}"}]}
     if step["after"]:
         made["dependencies"] = [{"dependsOn": name} for name in step["after"]]
-    if step["processors"]:
-        made["hostRequirements"] = {"amounts": [{"name": "amount.worker.vcpu", "min": step["processors"]}]}
     return made
 
 

@@ -34,7 +34,7 @@ def variable(step):
 
 def submissions(step):
     """Lines of the shell: an array for each thousand of the step's tasks, and their numbers in a variable."""
-    words = [f"--cpus-per-task={step['processors']}"] if step["processors"] else []
+    words = [f"--cpus-per-task={step['processors']}"]
     words += [f"--time={clock(step['limit'])}"] if step["limit"] else []
     if step["after"]:
         words += ["--dependency=afterok" + "".join(f"${variable({'name': name})}" for name in step["after"]), "--kill-on-invalid-dep=yes"]

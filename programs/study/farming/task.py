@@ -126,7 +126,8 @@ def gather_frames(step, folder, base):
     found = frames_in([out])
     for stream, numbers in found.items():
         if missing := sorted(wanted - numbers):
-            raise Failed(f"{out / stream}: expected frames {step['first']} to {step['last']}, found no {missing[0]}{' and others' if missing[1:] else ''}; run the tasks of {step['of']} again")
+            others = " and others" if missing[1:] else ""
+            raise Failed(f"{out / stream}: expected frames {step['first']} to {step['last']}, found no {missing[0]}{others}; run the tasks of {step['of']} again")
     if not found:
         raise Failed(f"{out}: expected what the tasks of {step['of']} rendered, found nothing; run them again")
 

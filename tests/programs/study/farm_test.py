@@ -9,7 +9,6 @@ its program). Where they are missing, the tests say so and are skipped.
 import json
 import os
 import pathlib
-import re
 import shutil
 import signal
 import subprocess
@@ -123,6 +122,11 @@ class Divided(Farm):
         self.assertGreater(measured["bytes"], 1000)
         self.assertEqual(render["chunk"], min(FRAMES, max(1, int(6 / measured["frame_s"]))))
         self.assertGreater(render["limit"], render["seconds"])
+
+    def test_a_frame_that_takes_too_long_is_divided(self):
+        self.farm("--minutes", 10, "--frame-seconds", 1500, *self.render, "--out", "frames")
+        self.assertEqual([(step["tasks"], step["kind"]) for step in self.plan()["steps"]], [(3 * FRAMES, "parts"), (1, "run")])
+        self.assertIn("submit render --array=0-29 ", (self.root / "farm/submit.sh").read_text())
 
     def test_frames_that_hang_on_others_are_one_task(self):
         self.farm("--frame-seconds", 600, *self.render, "--accumulate", "4", "--out", "frames")

@@ -1,6 +1,6 @@
-"""A Slurm of one's own on this machine alone: munged, slurmctld and slurmd, each started here and ended here, with files in one folder.
+"""A Slurm for tests, on this machine alone: munged, slurmctld and slurmd, started and ended here, with all their files in one folder.
 
-For tests. It needs root, since slurmd starts jobs as their users, and Debian's packages slurmctld, slurmd and munge; no systemd, cgroups or accounting.
+It needs root, since slurmd starts jobs as their users, and Debian's packages slurmctld, slurmd and munge; no systemd, cgroups or accounting.
 """
 
 import os
@@ -66,8 +66,9 @@ class Slurm:
         self.environment = {**os.environ, "SLURM_CONF": str(self.folder / "slurm.conf")}
 
     def start(self, *words):
-        log = open(self.folder / f"{pathlib.Path(words[0]).name}.said", "wb")
-        self.started.append((subprocess.Popen(words, env=self.environment, stdout=log, stderr=log), log))
+        """A daemon, which ends with this program."""
+        log = open(self.folder / f"{words[0]}.said", "wb")
+        self.started.append((subprocess.Popen(["setpriv", "--pdeathsig", "TERM", *words], env=self.environment, stdout=log, stderr=log), log))
 
     def __enter__(self):
         for name in ("munge", "state", "spool"):
@@ -77,12 +78,11 @@ class Slurm:
         (munge / "key").chmod(0o400)
         (self.folder / "slurm.conf").write_text(CONFIGURATION.format(host=host, folder=self.folder, ports=free_ports(2), processors=os.cpu_count()))
         try:
-            # Of root's group, because munged says no to logs that another group might write.
-            self.start("setpriv", "--reuid=0", "--regid=0", "--clear-groups", "--pdeathsig", "TERM", "munged", "--foreground", "--force", f"--socket={munge}/socket", f"--key-file={munge}/key",
-                       f"--log-file={munge}/log", f"--pid-file={munge}/pid", f"--seed-file={munge}/seed")
+            self.start("munged", "--foreground", "--force", f"--socket={munge}/socket", f"--key-file={munge}/key", f"--log-file={munge}/log", f"--pid-file={munge}/pid",
+                       f"--seed-file={munge}/seed")
             self.until(lambda: (munge / "socket").exists(), "munged's socket")
-            self.start("setpriv", "--pdeathsig", "TERM", "slurmctld", "-D", "-c")
-            self.start("setpriv", "--pdeathsig", "TERM", "slurmd", "-D", "-N", host)
+            self.start("slurmctld", "-D", "-c")
+            self.start("slurmd", "-D", "-N", host)
             self.until(lambda: "idle" in self.run("sinfo", "--noheader", "--format=%T", check=False), "an idle node")
         except BaseException:
             self.__exit__()
