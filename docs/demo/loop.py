@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes a loop of what the demo's chain played at its places of the head: turned only beside with depth.
 
-    EQUISTREAM_DEMO_SPP=192 ./demo    # clean; the page's own pictures have 24 samples
+    EQUISTREAM_DEMO_SPP=48 ./demo
     build/venv/bin/python3 docs/demo/loop.py demo-out docs/images/parallax.webp
 """
 
@@ -10,7 +10,7 @@ import sys
 
 from PIL import Image, ImageDraw, ImageFont
 
-SIZE = (400, 225)
+SIZE = (384, 216)
 SIDES = {"turned": "turned only", "moved": "with depth"}
 MILLISECONDS = 90
 LABEL = 24
@@ -29,7 +29,7 @@ def main():
     out, file = map(pathlib.Path, sys.argv[1:3])
     there = [beside(out, csv.stem) for csv in sorted((out / "heads").glob("*.csv"))]
     frames = there + there[-2:0:-1]
-    frames[0].save(file, save_all=True, append_images=frames[1:], duration=MILLISECONDS, loop=0, quality=60, method=6)
+    frames[0].save(file, save_all=True, append_images=frames[1:], duration=MILLISECONDS, loop=0, quality=50, method=6)
     print(f"{file}: {frames[0].size[0]}x{frames[0].size[1]}, {len(frames)} frames, {file.stat().st_size / 1000:.0f} kB")
 
 

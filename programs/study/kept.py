@@ -78,12 +78,19 @@ LONG_NUMBER = re.compile(r"-?\d+\.\d{2,}")
 COORDINATES = ("d", "x", "y", "width", "height", "transform", "points")
 
 
+def short_ids(text):
+    """The text with what it refers to numbered in order, and those names; matplotlib's have eleven letters."""
+    found = dict.fromkeys(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
+    names = {name: f"i{number}" for number, name in enumerate(found)}
+    return re.sub(r'(\bid="|url\(#|href="#)([^)"]+)', lambda match: match[1] + names.get(match[2], match[2]), text), set(names.values())
+
+
 def lean_svg(text):
     """A chart of matplotlib's without groups that say nothing, metadata and digits below a tenth of a hundredth of an inch; looks become classes."""
     ElementTree.register_namespace("", SVG)
     ElementTree.register_namespace("xlink", XLINK)
+    text, named = short_ids(text)
     root = ElementTree.fromstring(text)
-    named = set(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
     looks = {}
     for element in root.iter():
         if element.tag == f"{{{SVG}}}g" or element.get("id") not in named:

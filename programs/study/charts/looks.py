@@ -7,23 +7,32 @@ from drawing import STYLE, plain_number  # noqa: F401
 from found import coding_name
 from kept import lean_svg
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from pages import counts_text
 from steps import write_whole
 
 COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1", "two-spheres": "#8e44ad", "centre": "#145a32", "centre-told": "#d81b60", "default": "#1a237e", "centre-mesh": "#28b463",
            "centre-turned": "#7f8c8d", "centre-plain-mesh": "#b9770e", "centre-gather": "#45b39d", "centre-splat": "#76d7c4", "centre-lean": "#aab7b8"}
 MARKERS = {"uncoded": "*", "H.264, CRF 16": "o", "H.264, CRF 24": "s", "H.265, CRF 16": "^", "H.265, CRF 24": "D"}
+PAGE_IN, SMALL = 11.5, 8.5
+"""A chart is as wide as a page of documentation has points, 830, so that no letter there is smaller than SMALL."""
+LEVEL = {"color": "#555555", "linewidth": 1, "linestyle": (0, (5, 3)), "zorder": 1}
+"""What is no curve: a ceiling, a peer."""
 HIGHEST_DB = 60
 """Beyond this an error is that of rounding: a picture that is the truth itself."""
 MANY_TIMES = 100
 """Of the least on a logarithmic axis, where labels at 1, 2 and 5 would crowd it."""
 
 
-def log_axis(axis):
-    """Of an axis that has its points already."""
+def log_axis(axis, narrow=False):
+    """Of an axis that has its points already; a narrow panel has room for three or four labels."""
     low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < MANY_TIMES * low else (1, 3)))
+    if narrow and high < 10 * low:
+        axis.set_major_locator(MaxNLocator(3))
+    elif narrow:
+        axis.set_major_locator(LogLocator(subs=(1, 3) if high < 30 * low else (1,)))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < MANY_TIMES * low else (1, 3)))
     axis.set_major_formatter(FuncFormatter(plain_number))
     axis.set_minor_formatter(NullFormatter())
 
@@ -39,15 +48,9 @@ def interval(axes, x, ends, colour):
         axes.plot([x, x], [low, min(high, HIGHEST_DB)], color=colour, linewidth=1, alpha=0.8, zorder=2)
 
 
-def level(axes, db, text):
-    axes.axhline(db, color="#555555", linewidth=1, linestyle=(0, (5, 3)), zorder=1)
-    axes.annotate(text, (0.99, db), xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", ha="right", va="bottom", fontsize=7.5,
-                  color="#555555")
-
-
 def ceiling_note(axes, db):
-    """Where a panel's own scale does not have it."""
-    axes.annotate(f"PSNR of truth against truth: {db:.1f} dB", (0.99, 0.01), xycoords="axes fraction", ha="right", fontsize=7.5, color="#555555")
+    """Where a panel's own scale does not have it, above the panel."""
+    axes.annotate(f"PSNR of truth against truth: {db:.1f} dB", (1, 1.02), xycoords="axes fraction", ha="right", fontsize=SMALL, color="#555555")
 
 
 def front(axes, points):
@@ -58,17 +61,33 @@ def front(axes, points):
 def legend(figure, systems, titles, codings):
     entries = [Line2D([], [], marker="o", linestyle="none", color=colour, label=titles[name]) for name, colour in COLOURS.items() if name in systems]
     entries += [Line2D([], [], marker=marker, linestyle="none", color="#444444", label=name) for name, marker in MARKERS.items() if name in codings]
-    figure.legend(handles=entries, loc="outside lower center", ncol=max(1, int(figure.get_figwidth() / 3.6)), frameon=False, fontsize=8.5)
+    figure.legend(handles=entries, loc="outside lower center", ncol=max(1, int(figure.get_figwidth() / 3.6)), frameon=False, fontsize=SMALL)
 
 
-def legend_beside(axes):
-    """To the right of a row's last panel, over none of its curves."""
-    axes.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=7.5, frameon=False)
+def legend_above(axes, columns, above=1.12):
+    """Over none of the curves of a row's first panel; it may be wider than that panel."""
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.1, above), ncol=columns, fontsize=SMALL, frameon=False, borderpad=0, columnspacing=1.2).set_in_layout(False)
 
 
-def title(figure, text):
-    """Above all panels, in as many lines as it takes."""
-    figure.suptitle("\n".join(textwrap.wrap(text, int(15 * figure.get_figwidth()))), fontsize=8.5, x=0.005, ha="left")
+def title(figure, finding, conditions, legend_lines=0):
+    """Above all panels: what the chart shows, and below it how it was measured, in as many lines as it takes; and room for a legend above the first row."""
+    width = figure.get_figwidth()
+    figure.suptitle("\n\n" + "\n".join(textwrap.wrap(conditions, int(13 * width))) + "\n" * (legend_lines + (legend_lines > 0)), fontsize=SMALL, x=0.005, ha="left", color="#555555")
+    figure.text(0.005, 1 - 0.06 / figure.get_figheight(), finding, fontsize=11.5, fontweight="bold", va="top")
+
+
+def told(finding, otherwise, **found):
+    """A finding with its figures; where a result lacks one of them, what the chart is about."""
+    return otherwise if None in found.values() else finding.format(**found)
+
+
+def span(values, digits=1):
+    """"1.2 to 3.4", or one number where both are the same; None without any."""
+    found = [value for value in values if value is not None]
+    if not found:
+        return None
+    low, high = (f"{end:.{digits}f}" for end in (min(found), max(found)))
+    return low if low == high else f"{low} to {high}"
 
 
 def save(figure, file):

@@ -1,7 +1,7 @@
-"""Chart 3: a sphere's whole error against its width and its bytes, with the perspective render's line and where they cross. One column a scene."""
+"""Chart 3: a sphere's whole error against its width and its bytes, with the perspective render's line and where they cross. One row a scene."""
 
 import matplotlib.pyplot as plt
-from curves import REFERENCES, SPHERE, matching, of, parity_width, points, widths
+from curves import REFERENCES, SPHERE, matching, of, parity_of, parity_width, points, widths
 from found import light_text, load, seen_db, seen_interval_db
 
 from . import looks
@@ -54,7 +54,15 @@ def draw_bytes(axes, result):
     looks.log_axis(axes.xaxis)
 
 
-ROWS = ((draw_widths, "columns of the sphere"), (draw_bytes, "bytes a frame (all tracks)"))
+COLUMNS = ((draw_widths, "columns of the sphere"), (draw_bytes, "bytes a frame (all tracks)"))
+
+
+def parity_times(results):
+    """Widths at which the sphere has what the view has at the same CRF, in those of 2 pi f columns."""
+    for result in results.values():
+        for row in parity_of(result, SPHERE, REFERENCE):
+            if row["width"] is not None:
+                yield row["width"] / matching(result["settings"])
 
 
 def draw_all(folder):
@@ -62,16 +70,18 @@ def draw_all(folder):
     if not results:
         return
     plt.rcParams.update(looks.STYLE)
-    figure, panels = plt.subplots(len(ROWS), len(results), figsize=(max(3.5 * len(results), 7) + 1.5, 3.6 * len(ROWS) + 0.8), squeeze=False, layout="constrained")
-    for column, result in enumerate(results.values()):
-        panels[0][column].set_title(f"{result['scene']}, {frames_text(result)}{light_text(result)}", loc="left")
-        for row, (draw, label) in zip(panels, ROWS):
-            draw(row[column], result)
-            row[column].set_xlabel(label)
-    for row in panels:
-        row[0].set_ylabel("whole error of display values, dB, both eyes")
-        looks.legend_beside(row[-1])
+    figure, panels = plt.subplots(len(results), len(COLUMNS), figsize=(looks.PAGE_IN, 3 * len(results) + 1.5), squeeze=False, sharex="col", sharey=True, layout="constrained")
+    for row, result in zip(panels, results.values()):
+        row[0].set_title(f"{result['scene']}, {frames_text(result)}{light_text(result)}", loc="left")
+        row[0].set_ylabel("whole error, dB, both eyes")
+        for axes, (draw, _) in zip(row, COLUMNS):
+            draw(axes, result)
+    for axes, top, (_, label) in zip(panels[-1], panels[0], COLUMNS):
+        axes.set_xlabel(label)
+        looks.legend_above(top, 2)
     first = next(iter(results.values()))
-    looks.title(figure, looks.provenance_line(first) + ". Against columns: dashed is the perspective view at the same CRF, a cross where the sphere equals it; grey: 2 pi f columns. Vertical lines: 95 % of the noise.")
+    times = looks.span(parity_times(results))
+    looks.title(figure, looks.told("A sphere equals a perspective view at {times} times 2 pi f columns, where it does", "No sphere equals a perspective view", times=times),
+                looks.provenance_line(first) + ". Of display values. Against columns: dashed is the perspective view at the same CRF, a cross where the sphere equals it; grey: 2 pi f columns. Vertical lines: 95 % of the noise.", 5)
     looks.save(figure, folder / "parity")
     plt.close(figure)

@@ -2,12 +2,10 @@
 milliseconds, and against how late it is seen, a row of panels a scene; and the tables of OUT/../window.md, where that page is.
 """
 
-import io
 import math
 
 import matplotlib.pyplot as plt
 from found import WHOLE, db, load
-from kept import lean_svg
 from pages import cell, place, table
 from steps import write_whole
 
@@ -47,22 +45,31 @@ def draw_all(folder):
         return
     # Results from before heads of later have three panels.
     panels = len(AXES) + any("later" in result for result in results.values())
-    figure, rows = plt.subplots(len(results), panels, figsize=(4 * panels, 2.9 * len(results)), squeeze=False)
+    figure, rows = plt.subplots(len(results), panels, figsize=(looks.PAGE_IN, 2.6 * len(results) + 1.6), squeeze=False, sharey="row", layout="constrained")
     for row, (scene, result) in zip(rows, results.items()):
         for axis, axes in enumerate(row[:len(AXES)]):
             draw_scene(axes, result, axis)
-            axes.set_xlabel(AXES[axis], fontsize=8)
+            axes.set_xlabel(AXES[axis].replace(", both eyes", ""), fontsize=looks.SMALL)
         for axes in row[len(AXES):]:
             draw_later(axes, result)
-        row[0].set_ylabel(f"{scene}\nwhole error, dB", fontsize=8)
+        row[0].set_ylabel(f"{scene}\nwhole error, dB", fontsize=looks.SMALL)
     handles, labels = rows[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=2, fontsize=7.5, frameon=False)
-    figure.tight_layout(rect=(0, 0.28 / len(results), 1, 1))
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg")
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=looks.SMALL, frameon=False)
+    gain = looks.span(gains(results))
+    looks.title(figure, looks.told("For a sphere's bytes a window within a base has {gain} dB more, while the gaze stays", "Window and base", gain=gain),
+                looks.provenance_line(next(iter(results.values()))) + ". Milliseconds: of the client, both eyes. Right: what is seen by a head that has turned and moved on.")
+    looks.save(figure, folder / "window")
     plt.close(figure)
-    write_whole(folder / "window.svg", lean_svg(buffer.getvalue()))
     write_page(folder, results)
+
+
+def gains(results):
+    """The best window's dB beyond the widest sphere at the sphere's own CRFs, for no more bytes, a scene each: at the most bytes."""
+    for result in results.values():
+        sphere = max((entry for entry in result["rest"] if entry["source"] == f"sphere-{result['settings']['sphere_width']}"), key=lambda entry: entry["bytes_a_frame"], default=None)
+        windows = [level(entry) for entry in result["rest"] if sphere and entry["source"].startswith("window") and entry["bytes_a_frame"] <= sphere["bytes_a_frame"]]
+        if windows:
+            yield max(windows) - level(sphere)
 
 
 def draw_scene(axes, result, axis):
@@ -73,7 +80,7 @@ def draw_scene(axes, result, axis):
             axes.plot(*zip(*points), color=colour, marker="o", markersize=4, linewidth=1.3, label=result["titles"][name])
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
-    axes.tick_params(labelsize=7)
+    axes.tick_params(labelsize=looks.SMALL)
 
 
 def draw_later(axes, result):
@@ -82,9 +89,9 @@ def draw_later(axes, result):
         points = [(place, found[name]) for place, found in enumerate(levels(result, head["name"]) for head in heads) if name in found]
         if points:
             axes.plot(*zip(*points), color=colour, marker="o", markersize=4, linewidth=1.3)
-    axes.set_xticks(range(len(heads)), [late_text(head) for head in heads])
-    axes.set_xlabel("how late it is seen", fontsize=8)
-    axes.tick_params(labelsize=7)
+    axes.set_xticks(range(len(heads)), [late_text(head) for head in heads], rotation=90)
+    axes.set_xlabel("how late it is seen", fontsize=looks.SMALL)
+    axes.tick_params(labelsize=looks.SMALL)
 
 
 def levels(result, head):

@@ -10,8 +10,9 @@ import sys
 
 import results
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-from charts.looks import save  # noqa: E402
+STUDY = pathlib.Path(__file__).resolve().parents[3] / "programs/study"
+sys.path[:0] = [str(STUDY), str(STUDY / "charts")]  # this file is called charts, too
+import looks  # noqa: E402
 from drawing import STYLE, pareto, plain_number  # noqa: E402
 
 import matplotlib.pyplot as plt  # noqa: E402
@@ -49,8 +50,16 @@ def draw_panel(axes, result, head):
     axes.xaxis.set_major_formatter(FuncFormatter(plain_number))
     axes.xaxis.set_minor_formatter(NullFormatter())
     ceiling = sum(result["ceiling"][head]["eyes"][eye]["psnr_db"] for eye in results.EYES) / 2
-    axes.set_title(f"{result['scene']}, {HEADS[head]}", loc="left")
-    axes.annotate(f"truth against truth: PSNR {ceiling:.1f} dB", (0.98, 0.02), xycoords="axes fraction", ha="right", fontsize=8, color="#555555")
+    axes.set_title(f"{result['scene']},\n{HEADS[head]}", loc="left", fontsize=9.5)
+    axes.annotate(f"truth: PSNR {ceiling:.1f} dB", (0.98, 0.02), xycoords="axes fraction", ha="right", fontsize=looks.SMALL, color="#555555")
+
+
+def gains(found):
+    """dB of both eyes that the client's geometry has beyond leaning without depth, a scene each."""
+    for result in found.values():
+        by_depth, lean = (results.find(result, "systems", system, "stereo") for system in ("surface", "lean"))
+        if by_depth and lean:
+            yield eye_decibels(by_depth)[2] - eye_decibels(lean)[2]
 
 
 def main():
@@ -61,20 +70,20 @@ def main():
     if not found:
         raise SystemExit(f"charts.py: {folder / 'accuracy.json'}: expected scenes, found none")
     plt.rcParams.update(STYLE)
-    figure, panels = plt.subplots(len(HEADS), len(found), figsize=(3.6 * len(found), 7.4), squeeze=False, sharey="row", layout="constrained")
+    figure, panels = plt.subplots(len(HEADS), len(found), figsize=(looks.PAGE_IN, 8.6), squeeze=False, sharey="row", layout="constrained")
     for column, result in enumerate(found.values()):
         for row, head in enumerate(HEADS):
             draw_panel(panels[row][column], result, head)
-            panels[row][0].set_ylabel("noise-free dB, linear, both eyes")
-        panels[-1][column].set_xlabel("reprojection and fill, ms a frame (both eyes)")
+            panels[row][0].set_ylabel("noise-free dB, linear")
+        panels[-1][column].set_xlabel("ms a frame")
     first = next(iter(found.values()))
     settings = first["settings"]
-    figure.suptitle(f"Accuracy against time: {settings['spheres']['centre']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, "
-                    f"uncoded, n = 1 frame x {first['n']['seeds']} seeds; {first['machine']['cpu']}, {first['machine']['cores']} cores. Line: from eye to eye. Dashed: the Pareto front.",
-                    fontsize=10, x=0.005, ha="left")
+    looks.title(figure, looks.told("Depth gives {gain} dB beyond leaning without it, for 63 mm of stereo", "Accuracy against time", gain=looks.span(gains(found))),
+                    f"{settings['spheres']['centre']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, "
+                    f"uncoded, n = 1 frame x {first['n']['seeds']} seeds; {first['machine']['cpu']}, {first['machine']['cores']} cores. Line: from eye to eye. Dashed: the Pareto front. Reprojection and fill of both eyes; truth: one beside the other.")
     handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncol=5, frameon=False, fontsize=9)
-    save(figure, folder / "accuracy-time")
+    figure.legend(handles, labels, loc="outside lower center", ncol=3, frameon=False, fontsize=9)
+    looks.save(figure, folder / "accuracy-time")
 
 
 if __name__ == "__main__":
