@@ -10,8 +10,8 @@ venv=build/site-venv
 if ! sha256sum --check --status "$venv/requirements.sha256" 2>/dev/null; then
     echo "installing MkDocs into $venv"
     rm -rf "$venv"
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --disable-pip-version-check -r docs/site/requirements.txt || {
+    { python3 -m venv "$venv" && "$venv/bin/pip" install --quiet --disable-pip-version-check -r docs/site/requirements.txt; } || {
+        rm -rf "$venv"
         echo "no site: MkDocs could not be installed" >&2
         exit 77
     }
