@@ -53,8 +53,6 @@ say "5/7 play: the head moves from side to side"
 python3 "$here/heads.py" "$out/sphere/centre/manifest.json" "$out/heads"
 for head in "$out"/heads/*.csv; do
     name=$(basename "$head" .csv)
-    run equistream play "$out/pavilion.mp4" --head "$head" --frames "${frames%%-*}" --method rotation --size "$eye_size" --progress none $replace \
-        --out "$out/turned/$name" >/dev/null
     run equistream play "$out/pavilion.mp4" --head "$head" --frames "${frames%%-*}" --scene "$scene" --method eye-depth --size "$eye_size" \
         --progress none $replace --out "$out/moved/$name" >/dev/null
     printf .

@@ -11,15 +11,15 @@ import sys
 from PIL import Image, ImageDraw, ImageFont
 
 SIZE = (384, 216)
-SIDES = {"turned": "turned only", "moved": "with depth"}
 MILLISECONDS = 90
 LABEL = 24
 
 
 def beside(out, place):
+    sides = {"turned only": min((out / "rotated/left").glob("*.png")), "with depth": next((out / "moved" / place / "left").glob("*.png"))}
     canvas = Image.new("RGB", (2 * SIZE[0] + 4, SIZE[1] + LABEL), "#16171a")
-    for i, (folder, text) in enumerate(SIDES.items()):
-        picture = Image.open(next((out / folder / place / "left").glob("*.png"))).convert("RGB")
+    for i, (text, file) in enumerate(sides.items()):
+        picture = Image.open(file).convert("RGB")
         canvas.paste(picture.resize(SIZE, Image.Resampling.LANCZOS), (i * (SIZE[0] + 4), LABEL))
         ImageDraw.Draw(canvas).text((i * (SIZE[0] + 4) + 6, 3), text, "#e8e6e1", ImageFont.load_default(15))
     return canvas

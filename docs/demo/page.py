@@ -1,6 +1,6 @@
 """Makes the demo's page from what the chain left in a folder: one file, pictures inside, that works from disk.
 
-usage: page.py OUT   (OUT holds sphere/, eyes/, rotated/, turned/, moved/, pictures/, commands.txt and the JSON reports)
+usage: page.py OUT   (OUT holds sphere/, eyes/, rotated/, moved/, pictures/, commands.txt and the JSON reports)
 """
 
 import base64
@@ -105,9 +105,12 @@ class Results:
         return "".join(figures)
 
     def heads(self):
-        """As a list of pairs in JSON: what is seen at each place of the head, turned only and with depth."""
-        places = sorted((self.out / "heads").glob("*.csv"))
-        return json.dumps([[data_uri(next((self.out / how / place.stem / "left").glob("*.png"))) for how in ("turned", "moved")] for place in places])
+        """As a list in JSON: what is seen with depth at each place of the head."""
+        return json.dumps([data_uri(next((self.out / "moved" / place.stem / "left").glob("*.png"))) for place in sorted((self.out / "heads").glob("*.csv"))])
+
+    def turned(self):
+        """The first frame, as the head's places are of it; turned only it is the same wherever the head is."""
+        return data_uri(min((self.out / "rotated" / "left").glob("*.png")))
 
     def reach_cm(self):
         return f'{100 * read_json(self.out / "sphere" / "centre" / "manifest.json")["lean_m"]:g}'
@@ -130,6 +133,7 @@ def main():
         "LEFT": results.view("eyes", "left"),
         "RIGHT": results.view("eyes", "right"),
         "HEADS": results.heads(),
+        "TURNED": results.turned(),
         "REACH": results.reach_cm(),
         "LINKS": results.links(),
         "SPHERE": results.picture("sphere", "colour"),

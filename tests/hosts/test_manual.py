@@ -7,7 +7,7 @@ import sys
 
 import mitsuba as mi
 import pytest
-from conftest import choose, film, pose, scene, sensor, sphere
+from conftest import choose, pose, scene, sensor, sphere
 
 ROOT = pathlib.Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs/mitsuba"))
