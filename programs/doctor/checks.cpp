@@ -45,7 +45,7 @@ Finding probed(std::string_view name, const Surroundings& here) {
 
 // The commands that are Python scripts have a check of their own.
 
-constexpr std::string_view scripts[] = {"study", "fit"};
+constexpr std::string_view scripts[] = {"study", "fit", "farm"};
 
 Finding find_programs(const Surroundings& here) {
     std::vector<std::string> good, faults;
@@ -137,7 +137,7 @@ constexpr std::array checks = {
     Check{"denoiser", "--denoise of render, serve and import", false, "pip install pyoidn", nullptr},
     Check{"scenes", "descriptions whose models are not bundled", false,
           "name the folder of scenes (.glb) in EQUISTREAM_SCENES", nullptr},
-    Check{"python", "study, fit", false, "sudo apt-get install python3, and python3-equistream", find_python},
+    Check{"python", "study, fit, farm", false, "sudo apt-get install python3, and python3-equistream", find_python},
 };
 
 }  // namespace
