@@ -110,7 +110,8 @@ int main(int argc, char** argv) {
          "equistream doctor"},
         [&](cli::CommandLine& app) -> std::function<void()> {
             cli::add_json_flag(app, options.json);
-            cli::add_with_default(app, "--limit", options.limit_s, "Seconds that each check may take");
+            cli::add_with_default(app, "--limit", options.limit_s,
+                                  "Seconds that each program which it starts may take");
             return [&options] { run(options); };
         });
 }
