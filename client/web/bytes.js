@@ -3,7 +3,8 @@
 /// What is wrong with a stream or with this browser, in one line for the person who watches.
 export class StreamError extends Error {}
 
-export const expectedFound = (what, expected, found) => new StreamError(`${what}: expected ${expected}, found ${found}`);
+export const expectedFound = (what, expected, found) =>
+    new StreamError(`${what}: expected ${expected}, found ${found}`);
 
 /// Of fields one after the other. Running out is a StreamError.
 export class ByteReader {

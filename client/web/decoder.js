@@ -29,7 +29,8 @@ async function copied(frame, name) {
     const planes = places.map(({offset, stride}, i) => {
         const rows = i === 0 || frame.format === "I444" ? height : Math.ceil(height / 2);
         const samples = Math.floor(Math.min(stride * rows, buffer.byteLength - offset) / bytesEach);
-        const data = bytesEach === 2 ? new Uint16Array(buffer, offset, samples) : new Uint8Array(buffer, offset, samples);
+        const Samples = bytesEach === 2 ? Uint16Array : Uint8Array;
+        const data = new Samples(buffer, offset, samples);
         return {data, stride: stride / bytesEach, bits: layout.bits};
     });
     return {width, height, planes: frame.format === "NV12" ? [planes[0], ...apart(planes[1], width >> 1, height >> 1)]

@@ -36,7 +36,8 @@ function lookUp(planes, range) {
         const top = i >> 8, along = i & 1 << 8 ? i & 255 : 255 - (i & 255);
         return top * peceHalfPeriod - peceHalfPeriod / 2 + along * peceHalfPeriod / 255;
     });
-    return (x, y) => table[luma.data[y * luma.stride + x] << 8 | wave.data[(y >> halvings) * wave.stride + (x >> halvings)]];
+    return (x, y) => table[luma.data[y * luma.stride + x] << 8 |
+                           wave.data[(y >> halvings) * wave.stride + (x >> halvings)]];
 }
 
 /// Depth codes that this page reads.
@@ -46,10 +47,12 @@ export const readableCodes = ["w8", "w10", "pece420", "pece444"];
 export function unpackDepth(picture, info, lumaOfColour) {
     const {width, height} = info.camera, range = info.depth;
     if (!readableCodes.includes(range.code))
-        throw expectedFound("depth track", `a code of ${readableCodes.join(", ")} (encode --depth pece420)`, range.code);
+        throw expectedFound("depth track", `a code of ${readableCodes.join(", ")} (encode --depth pece420)`,
+                            range.code);
     const step = range.halved ? 2 : 1;
     if (picture.width !== width / step || picture.height !== height / step)
-        throw expectedFound("depth track", `${width / step}x${height / step} samples`, `${picture.width}x${picture.height}`);
+        throw expectedFound("depth track", `${width / step}x${height / step} samples`,
+                            `${picture.width}x${picture.height}`);
     const at = lookUp(picture.planes, range);
     const samples = new Float32Array(picture.width * picture.height);
     for (let y = 0, i = 0; y < picture.height; ++y)

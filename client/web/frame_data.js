@@ -2,8 +2,8 @@
 import {ByteReader, expectedFound} from "./bytes.js";
 
 const uuid = [0x69, 0xc4, 0x80, 0x36, 0x51, 0x33, 0x47, 0x84, 0x80, 0x93, 0xec, 0x66, 0xa7, 0x47, 0x51, 0x19];
-export const roles = ["main", "small", "depth", "hidden", "hidden-depth", "patches", "patches-depth", "images", "window",
-                      "window-depth", "window-images"];
+export const roles = ["main", "small", "depth", "hidden", "hidden-depth", "patches", "patches-depth", "images",
+                      "window", "window-depth", "window-images"];
 export const depthCodes = ["pece444", "pece420", "hue", "w8", "w10", "w12", "lossless"];
 const what = "frame data in the stream";
 const largestSide = 32768, mostPixels = 2 ** 28, leastAngle = 0.001;

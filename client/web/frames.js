@@ -176,7 +176,8 @@ export class FrameMaker {
                 throw expectedFound(`depth of frame ${info.index}`, "the camera and pose of its colour", "others");
             const [{data, stride}] = picture.planes;
             const luma = {data: depth.info.depth.halved ? data.slice() : new Uint8Array(0), stride};
-            view.distances = (await this.helper.ask("depth", {key: view.key, picture: depth.picture, info: depth.info, luma})).distances;
+            const order = {key: view.key, picture: depth.picture, info: depth.info, luma};
+            view.distances = (await this.helper.ask("depth", order)).distances;
         } catch (error) {
             this.failed(depthOf[role], error);
         }

@@ -15,7 +15,8 @@ export function openGl(canvas) {
     if (!gl)
         throw new StreamError("this browser has no WebGL 2, which this page needs");
     if (!gl.getExtension("EXT_color_buffer_float"))
-        throw new StreamError("this browser's WebGL cannot draw floats (EXT_color_buffer_float), which this page needs");
+        throw new StreamError(
+            "this browser's WebGL cannot draw floats, which this page needs (EXT_color_buffer_float)");
     return gl;
 }
 

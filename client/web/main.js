@@ -15,6 +15,8 @@ const of = id => document.getElementById(id);
 const textOf = id => JSON.parse(of(id).textContent);
 const words = new URLSearchParams(location.search);
 const defaultFov = 90 * Math.PI / 180;
+/// Of a key, with or without shift.
+const nameOf = event => event.key.length === 1 ? event.key.toLowerCase() : event.key;
 const layouts = ["one", "side by side", "anaglyph"];
 
 class Page {
@@ -30,8 +32,7 @@ class Page {
         this.refreshes = [];  // when the last ones were, milliseconds
         this.times = {opened: null, firstPicture: null};
         this.isExact = false;  // a test says what is shown
-        this.headset = new Headset(this.gl, (time, eyes, head, framebuffer) => this.drawHeadset(time, eyes, head, framebuffer),
-                                   () => this.refreshAgain());
+        this.headset = new Headset(this.gl, (...seen) => this.drawHeadset(...seen), () => this.refreshAgain());
         this.listen();
         this.refreshAgain();
     }
@@ -218,11 +219,13 @@ class Page {
         const parts = [`${span > 0 ? Math.round(1000 * (refreshes.length - 1) / span) : 0} fps`];
         if (frame) {
             const {width, height} = frame.info.camera;
-            const seen = frame.window ? ` + window ${frame.window.info.camera.width}x${frame.window.info.camera.height}` : "";
+            const dense = frame.window?.info.camera;
+            const seen = dense ? ` + window ${dense.width}x${dense.height}` : "";
             parts.push(`${width}x${height}${seen}${frame.main.distances ? "" : ", no depth"}`);
         }
         const seconds = player.isLive ? (performance.now() - this.times.opened) / 1000 : player.length;
-        parts.push(`${seconds > 0 ? (8e-6 * player.bytes / seconds).toFixed(1) : 0} Mbit/s`, `${player.lateFrames} late`);
+        parts.push(`${seconds > 0 ? (8e-6 * player.bytes / seconds).toFixed(1) : 0} Mbit/s`,
+                   `${player.lateFrames} late`);
         of("figures").textContent = parts.join("  ");
         of("line").hidden = player.isLive;
         of("time").max = player.length;
@@ -249,10 +252,11 @@ class Page {
             "h": () => of("help").hidden = !of("help").hidden,
             "o": () => of("file").click(),
             "g": () => this.head.followDevice(),
-            "f": () => document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen(),
+            "f": () => document.fullscreenElement ? document.exitFullscreen()
+                                                  : document.documentElement.requestFullscreen(),
         };
         addEventListener("keydown", event => {
-            const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+            const name = nameOf(event);
             if (event.ctrlKey || event.metaKey || event.altKey)
                 return;
             if (this.head.key(name, true))
@@ -263,7 +267,7 @@ class Page {
                 actions[name]();
             }
         });
-        addEventListener("keyup", event => this.head.key(event.key.length === 1 ? event.key.toLowerCase() : event.key, false));
+        addEventListener("keyup", event => this.head.key(nameOf(event), false));
         for (const button of document.querySelectorAll("[data-key]"))
             button.addEventListener("click", () => {
                 button.blur();

@@ -265,8 +265,8 @@ export class MeshBuilder {
         const {closes} = this.grid, x = i % this.columns, y = Math.floor(i / this.columns);
         const left = x > 0 ? x - 1 : closes ? this.columns - 1 : -1;
         const right = x + 1 < this.columns ? x + 1 : closes ? 0 : -1;
-        const of = (column, row) => column < 0 || row < 0 || row >= this.rows ? null
-                                                                              : this.blocks[row * this.columns + column];
+        const of = (column, row) =>
+            column < 0 || row < 0 || row >= this.rows ? null : this.blocks[row * this.columns + column];
         return {left: of(left, y), right: of(right, y), above: of(x, y - 1), below: of(x, y + 1),
                 leftColumns: Math.min(side, this.grid.width - this.firstColumn - left * side)};
     }
@@ -391,7 +391,9 @@ export class MeshBuilder {
 
     towards([x, y], [toX, toY], isJoined) {
         const {qx, qy, qz, k} = this, i = at(x, y), j = at(toX, toY);
-        const half = isJoined ? 0.5 * (k[i] + k[j]) : Math.max(this.continued(x, y, 0.5 * (toX - x), 0.5 * (toY - y)), 0);
+        const half = isJoined
+            ? 0.5 * (k[i] + k[j])
+            : Math.max(this.continued(x, y, 0.5 * (toX - x), 0.5 * (toY - y)), 0);
         return this.addPoint(0.5 * (qx[i] + qx[j]), 0.5 * (qy[i] + qy[j]), 0.5 * (qz[i] + qz[j]), half);
     }
 

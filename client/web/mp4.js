@@ -105,7 +105,8 @@ export class Mp4Reader {
         const size = short === 1 ? reader.u64() : short, header = short === 1 ? 16 : 8;
         const most = name === "mdat" ? largestFragment : largestHeader;
         if (!(size >= header && size <= most))
-            throw expectedFound("mp4", `a box of at most ${most} bytes, as \`equistream encode\` writes`, `${name} of ${size}`);
+            throw expectedFound("mp4", `a box of at most ${most} bytes, as \`equistream encode\` writes`,
+                                `${name} of ${size}`);
         if (this.queue.length < size)
             return false;
         const content = this.queue.peek(size).subarray(header);

@@ -39,4 +39,5 @@ export const composed = (around, local) => ({
 });
 
 /// side: -1 the left eye, 0 the middle between both, 1 the right one.
-export const eyeOf = (head, side, ipd) => composed(head, {position: [0.5 * side * ipd, 0, 0], orientation: [1, 0, 0, 0]});
+export const eyeOf = (head, side, ipd) =>
+    composed(head, {position: [0.5 * side * ipd, 0, 0], orientation: [1, 0, 0, 0]});

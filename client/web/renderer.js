@@ -328,7 +328,8 @@ export class Renderer {
                                coarser_layers: levels[i].layers[i === levels.length - 1 ? 0 : 1]});
         for (let i = levels.length - 2; i >= 0; --i) {
             levels[i].pushed.bind();
-            programs.push.use({pulled_layers: levels[i].layers[0], tolerance: own.tolerance, ...coarser(i + 1)}).drawScreen();
+            const level = {pulled_layers: levels[i].layers[0], tolerance: own.tolerance, ...coarser(i + 1)};
+            programs.push.use(level).drawScreen();
         }
         targets.showing[number].bind();
         programs.pushPixels.use({...own, ...coarser(0)}).drawScreen();

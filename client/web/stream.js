@@ -8,8 +8,8 @@ import {Mp4Reader} from "./mp4.js";
 const usedRoles = new Set(["main", "depth", "window", "window-depth"]);
 
 export class StreamReader {
-    /// Calls onPacket({role, track, key, info, bytes}) for what the page uses. What cannot be shown goes into `leftOut`,
-    /// a set of roles.
+    /// Calls onPacket({role, track, key, info, bytes}) for what the page uses. What cannot be shown goes into
+    /// `leftOut`, a set of roles.
     constructor(name, onPacket, leftOut = new Set()) {
         this.name = name;
         this.onPacket = onPacket;
@@ -58,7 +58,8 @@ export class StreamReader {
         if (!this.byRole.has("main"))
             throw expectedFound(this.name, expected, this.otherCodec ?? "none");
         if (this.otherCodec && !this.byRole.has("depth"))
-            this.problems.add(`a track of ${this.otherCodec} is left out: depth that browsers decode is encode --depth pece420`);
+            this.problems.add(`a track of ${this.otherCodec} is left out: depth that browsers decode is ` +
+                              "encode --depth pece420");
     }
 
     take(id, bytes) {
