@@ -100,26 +100,19 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
     return parse_window(typed.window, columns);
 }
 
-std::uint32_t whole_number(std::string_view text, const std::string& found) {
-    std::uint32_t value = 0;
-    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size() || value < 1 ||
-        value > max_parts)
-        throw InputError(expected_found("--part", "K/N or all/N, K from 1 to N, N up to " + std::to_string(max_parts),
-                                        "'" + found + "'"));
-    return value;
-}
-
 /// "3/8"; "all/8".
 FramePart parse_part(const std::string& text) {
-    const std::string_view all = text;
-    const std::size_t slash = std::min(all.find('/'), all.size());
-    const std::string_view number = all.substr(0, slash);
+    const auto read = [](std::string_view word, std::uint32_t& value) {
+        const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+        return result.ec == std::errc() && result.ptr == word.data() + word.size() && value >= 1 && value <= max_parts;
+    };
+    const std::string_view words = text;
+    const std::size_t slash = words.find('/');
     FramePart part;
-    part.count = whole_number(all.substr(std::min(slash + 1, all.size())), text);
-    part.number = number == "all" ? 0 : whole_number(number, text);
-    if (part.number > part.count)
-        whole_number("", text);
+    const bool good = slash != words.npos && read(words.substr(slash + 1), part.count) &&
+                      (words.substr(0, slash) == "all" || read(words.substr(0, slash), part.number)) &&
+                      part.number <= part.count;
+    cli::require(good, "--part", "K/N or all/N, K from 1 to N, N up to " + std::to_string(max_parts), "'" + text + "'");
     return part;
 }
 
