@@ -33,7 +33,6 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(ocio REQUIRED IMPORTED_TARGET OpenColorIO)
 pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavcodec libavformat libavutil libswscale)
-pkg_check_modules(srt REQUIRED IMPORTED_TARGET srt)  # of the flavour that libavformat has, or two would meet
 pkg_check_modules(hwy REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)
 pkg_check_modules(stb REQUIRED IMPORTED_TARGET stb)

@@ -11,7 +11,7 @@ namespace equistream {
 namespace {
 
 /// In the order of Scheme; all are as long as each other.
-constexpr std::array<std::string_view, 3> schemes{"tcp://", "tls://", "srt://"};
+constexpr std::array<std::string_view, 2> schemes{"tcp://", "tls://"};
 constexpr std::size_t scheme_chars = schemes[0].size();
 
 std::optional<Scheme> scheme_of(std::string_view text) {
@@ -65,7 +65,7 @@ std::string without_secrets(std::string text) {
     for (const std::string_view scheme : schemes)
         for (std::size_t found = text.find(scheme); found != std::string::npos; found = text.find(scheme, found)) {
             found += scheme_chars;
-            const std::size_t end = text.find_first_of(" \t\n'\"", found);
+            const std::size_t end = text.find_first_of(" \t\n", found);
             const std::size_t at = text.rfind('@', end);
             if (at != std::string::npos && at > found)
                 text.replace(found, at - found, "***");

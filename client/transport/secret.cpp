@@ -76,7 +76,7 @@ Key key_of(const std::string& secret) {
 }
 
 bool is_visible(char c) {
-    return c > ' ' && c < 0x7f && c != '@';
+    return c > ' ' && c < 0x7f && std::string_view("@'\"\\").find(c) == std::string_view::npos;
 }
 
 }  // namespace
@@ -93,9 +93,10 @@ std::string make_secret() {
 
 void require_secret(const std::string& secret, const std::string& where) {
     if (secret.size() < min_secret_chars || secret.size() > max_secret_chars)
-        throw InputError(expected_found(where, "a secret of 16 to 79 characters", std::to_string(secret.size())));
+        throw InputError(expected_found(where, "a secret of 16 to 128 characters", std::to_string(secret.size())));
     if (!std::ranges::all_of(secret, is_visible))
-        throw InputError(expected_found(where, "a secret of visible characters other than @", "another one"));
+        throw InputError(
+            expected_found(where, "a secret of visible characters without @, quotes and backslashes", "another one"));
 }
 
 std::string read_or_make_secret(const std::filesystem::path& file) {
@@ -104,12 +105,18 @@ std::string read_or_make_secret(const std::filesystem::path& file) {
     if (made >= 0) {
         const std::string secret = make_secret(), line = secret + "\n";
         const bool whole = ::write(made, line.data(), line.size()) == ssize_t(line.size());
-        if (::close(made) != 0 || !whole)
-            throw WorkError(name + ": could not be written: " + std::strerror(errno));
-        return secret;
+        if (::close(made) == 0 && whole)
+            return secret;
+        ::unlink(name.c_str());
+        throw WorkError(name + ": could not be written");
     }
     if (errno != EEXIST)
         throw InputError(name + ": cannot be made: " + std::strerror(errno));
+    std::error_code error;
+    const auto open_to_others = std::filesystem::status(file, error).permissions() &
+                                (std::filesystem::perms::group_all | std::filesystem::perms::others_all);
+    if (open_to_others != std::filesystem::perms::none)
+        throw InputError(expected_found(name, "a secret's file that is its owner's alone (chmod 600)", "others' too"));
     std::ifstream stream(file);
     std::string secret;
     if (!std::getline(stream, secret))

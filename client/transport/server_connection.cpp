@@ -2,7 +2,6 @@
 
 #include "address.h"
 #include "secret.h"
-#include "srt_wire.h"
 #include "wire.h"
 
 #include <equistream/error.h>
@@ -38,18 +37,18 @@ struct Problem {
     std::string expected, found;
 };
 
-/// The address's, or the environment's; of tcp:// none.
-std::string secret_for(const ServerAddress& address) {
+/// Of the address's secret or the environment's; null where there is to be none.
+std::shared_ptr<asio::ssl::context> context_for(const ServerAddress& address) {
     if (!is_encrypted(address.scheme))
-        return {};
+        return nullptr;
     const char* const variable = std::getenv(secret_variable);
     const std::string secret = address.secret.empty() && variable != nullptr ? variable : address.secret;
     const std::string where = address.text();
     if (secret.empty())
-        throw InputError(
-            expected_found(where, std::string("the server's secret: SECRET@HOST:PORT, or ") + secret_variable, "none"));
+        throw InputError(expected_found(
+            where, std::string("the server's secret: tls://SECRET@HOST:PORT, or ") + secret_variable, "none"));
     require_secret(secret, where);
-    return secret;
+    return secret_context(secret, TlsRole::client);
 }
 
 }  // namespace
@@ -60,9 +59,7 @@ public:
     enum class Waited { done, interrupted, too_long };
 
     Line(const ServerAddress& address, double silence_s)
-        : scheme_(address.scheme), secret_(secret_for(address)),
-          context_(scheme_ == Scheme::tls ? secret_context(secret_, TlsRole::client) : nullptr), silence_s_(silence_s),
-          thread_([this] { io_.run(); }) {
+        : context_(context_for(address)), silence_s_(silence_s), thread_([this] { io_.run(); }) {
         asio::post(io_, [this, address] { resolve(address); });
     }
     ~Line() {
@@ -75,6 +72,11 @@ public:
     }
     Waited wait_for_bytes(double limit_s, const std::function<bool()>& interrupted) {
         return wait([this] { return has_ended_ || begin_ < arrived_.size(); }, limit_s, interrupted);
+    }
+    /// Once all has been taken: how the connection broke; empty: the server ended it.
+    std::string cut() {
+        const std::lock_guard lock(mutex_);
+        return cut_;
     }
     const std::optional<Problem>& problem() const { return problem_; }  // once it is open, or cannot be
 
@@ -128,10 +130,7 @@ private:
                                 [this](const asio::error_code& error, const tcp::resolver::results_type& found) {
                                     if (error)
                                         return fail("a server", error);
-                                    if (scheme_ == Scheme::srt)
-                                        connect_by_srt(*found.begin());
-                                    else
-                                        connect(found);
+                                    connect(found);
                                 });
     }
     void connect(const tcp::resolver::results_type& found) {
@@ -141,13 +140,6 @@ private:
             set_patience(socket_, silence_s_);
             open(context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_)));
         });
-    }
-    void connect_by_srt(const tcp::endpoint& server) {
-        try {
-            open(srt_wire(io_.get_executor(), {server.address(), server.port()}, {secret_, silence_s_}));
-        } catch (const WorkError& error) {
-            change([&] { problem_ = {"a connection by SRT", error.what()}; });
-        }
     }
     void open(std::unique_ptr<Wire> wire) {
         wire_ = std::move(wire);
@@ -167,6 +159,9 @@ private:
             change([&] {
                 arrived_.insert(arrived_.end(), chunk_.begin(), chunk_.begin() + std::ptrdiff_t(count));
                 has_ended_ = bool(error);
+                // Without encryption nobody can tell an end from a cut; the stream's own pictures do.
+                if (context_ && error && error != asio::error::eof)
+                    cut_ = error.message();
                 is_full_ = !error && arrived_.size() >= most_kept_bytes;
                 more = !has_ended_ && !is_full_;
             });
@@ -198,13 +193,12 @@ private:
     std::condition_variable changed_;
     bool is_open_ = false, has_ended_ = false, is_full_ = false;
     std::optional<Problem> problem_;
+    std::string cut_;
     std::vector<char> arrived_;  // read up to begin_
     std::size_t begin_ = 0;
     std::vector<std::uint8_t> unsent_;  // not empty: the thread is sending it
 
-    Scheme scheme_;
-    std::string secret_;
-    std::shared_ptr<asio::ssl::context> context_;  // of tls://
+    std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
     double silence_s_;
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
@@ -221,7 +215,7 @@ ServerConnection::ServerConnection(const std::string& address, PoseSender* poses
     const auto server = parse_server_address(address);
     if (!server || server->host.empty() || server->port == 0)
         throw InputError(expected_found(without_secrets(address),
-                                        "tcp://HOST:PORT with a port of 1 to 65535, or tls:// or srt:// so",
+                                        "tcp://HOST:PORT with a port of 1 to 65535, or tls://SECRET@HOST:PORT",
                                         "another address"));
     line_ = std::make_unique<Line>(*server, patience_.silence_s);
     switch (line_->wait_until_open(patience_.connect_s, interrupted_)) {
@@ -276,6 +270,8 @@ std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
     has_sent_ = true;
     const std::size_t count = line_->take(bytes);
     has_ended_ = count == 0;
+    if (const std::string cut = has_ended_ ? line_->cut() : ""; !cut.empty())
+        throw WorkError("the connection to the server broke: " + cut);
     return count;
 }
 

@@ -1,9 +1,10 @@
 #pragma once
-/// Where viewers come: tcp://, tls:// or srt://.
+/// Where viewers come: tcp:// or tls://.
 #include <client/transport/address.h>
 #include <client/transport/wire.h>
 
 #include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
 
 #include <cstdint>
 #include <functional>
@@ -11,6 +12,10 @@
 #include <string>
 
 namespace equistream::serve {
+
+/// A host is a name or an IP address; none means 127.0.0.1, port 0 any that is free. Throws InputError naming `option`
+/// for a host that is not known.
+asio::ip::tcp::endpoint resolve(const ServerAddress& address, const std::string& option);
 
 class Door {
 public:
@@ -22,28 +27,28 @@ public:
     };
     using Came = std::function<void(const asio::error_code&, Guest)>;
 
-    virtual ~Door() = default;
+    /// Bound, not yet listening. `secret` is what those who come to tls:// must know. Who vanishes is noticed after
+    /// `patience_s`. Throws InputError naming `option` where the address is taken or not this machine's.
+    Door(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
+         const std::string& option);
+
     /// Once, before accept(). Throws InputError naming `option` where the address is taken meanwhile.
-    virtual void listen(const std::string& option) = 0;
+    void listen(const std::string& option);
     /// One call waits at a time.
-    virtual void accept(Came came) = 0;
+    void accept(Came came);
     /// A call that waits fails.
-    virtual void close() = 0;
-    virtual bool is_open() const = 0;
+    void close();
+    bool is_open() const { return acceptor_.is_open(); }
     /// Without the secret.
-    virtual ServerAddress address() const = 0;
-    virtual bool is_local() const = 0;
+    ServerAddress address() const;
+    bool is_local() const { return acceptor_.local_endpoint().address().is_loopback(); }
+
+private:
+    asio::ip::tcp::acceptor acceptor_;
+    Scheme scheme_;
+    double patience_s_;
+    std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
 };
-
-/// A host is a name or an IP address; none means 127.0.0.1, port 0 any that is free. Throws InputError naming `option`
-/// for a host that is not known.
-asio::ip::tcp::endpoint resolve(const ServerAddress& address, const std::string& option);
-
-/// Bound, not yet listening. `secret`: which whoever comes must know; of tcp:// none. Who vanishes is noticed after
-/// `patience_s`. `mbit_s` is the most that srt:// sends each viewer; 0: no limit. Throws InputError naming `option`
-/// where the address is taken or not this machine's.
-std::unique_ptr<Door> bind_door(asio::io_context& io, const ServerAddress& address, const std::string& secret,
-                                double patience_s, double mbit_s, const std::string& option);
 
 /// "192.0.2.1:51234", "[2001:db8::5]:51234"
 std::string peer_text(const asio::ip::address& address, std::uint16_t port);

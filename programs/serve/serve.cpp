@@ -32,7 +32,6 @@ struct Options {
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
     std::string progress = "auto";
-    double mbit_s = 0;
     bool open = false, loop = false, json = false;
 };
 
@@ -42,7 +41,6 @@ void check(const Options& options) {
                  in_words(server.patience_s));
     cli::require(!options.listen.empty() || !options.web.empty(), "--listen", "tcp://HOST:PORT, or --web PORT",
                  "neither");
-    cli::require(options.mbit_s >= 0 && options.mbit_s <= 1e5, "--mbit", "0 to 100000", in_words(options.mbit_s));
     cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
     cli::require(server.per_address.value_or(1) >= 1, "--per-address", "at least 1",
                  std::to_string(server.per_address.value_or(1)));
@@ -102,7 +100,7 @@ void report(const Options& options, const LiveFigures& figures) {
 
 ServerAddress listen_address(const std::string& listen) {
     auto address = parse_server_address(listen);
-    cli::require(address.has_value(), "--listen", "tcp://HOST:PORT, tls:// or srt:// so, with a port of 0 to 65535",
+    cli::require(address.has_value(), "--listen", "tcp://HOST:PORT or tls://HOST:PORT with a port of 0 to 65535",
                  "'" + without_secrets(listen) + "'");
     return *address;
 }
@@ -122,8 +120,7 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
     return variable;
 }
 
-const char* const needs_open =
-    "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer";
+const char* const needs_open = "beyond this machine tls://, or --open, by which everybody can watch and steer";
 
 void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_encrypted) {
     log_note(log, is_encrypted ? "whoever knows the secret and reaches " + url +
@@ -162,12 +159,10 @@ struct Entrance {
     explicit Entrance(const Options& options)
         : wanted(listen_address(options.listen.empty() ? "tcp://:0" : options.listen)),
           secret(is_encrypted(wanted.scheme) ? secret_for(wanted, options.secret_file) : ""),
-          door(bind_door(io, wanted, secret, options.live.settings.server.patience_s, options.mbit_s, "--listen")),
+          door(std::make_unique<Door>(io, wanted, secret, options.live.settings.server.patience_s, "--listen")),
           stop(io, SIGINT, SIGTERM), address(door->address()) {
         const bool is_safe = is_encrypted(wanted.scheme);
-        cli::require(is_safe || options.secret_file.empty(), "--secret-file", "--listen tls:// or srt:// beside it",
-                     wanted.text());
-        cli::require(options.mbit_s == 0 || wanted.scheme == Scheme::srt, "--mbit", "--listen srt:// beside it",
+        cli::require(is_safe || options.secret_file.empty(), "--secret-file", "--listen tls:// beside it",
                      wanted.text());
         cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(), needs_open, "neither");
         if (wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr)
@@ -176,7 +171,7 @@ struct Entrance {
 
     /// Says who can come.
     void open(cli::ProgressStyle log) const {
-        door->listen("--listen " + address.text());
+        door->listen("--listen");
         if (!door->is_local())
             say_who_can_come(log, address.text(), is_encrypted(wanted.scheme));
     }
@@ -237,18 +232,15 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     app.add_option("MORE", options.more,
                    "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
                    "render about the scene");
-    app.add_option(
-        "--listen", options.listen,
-        "tcp://HOST:PORT; tls:// or srt:// so for viewers that know a secret, encrypted; without a host this "
-        "machine alone can connect (127.0.0.1), port 0 is one that is free. Required without --web");
+    app.add_option("--listen", options.listen,
+                   "tcp://HOST:PORT, or tls://HOST:PORT for viewers that know a secret, encrypted; without a host this "
+                   "machine alone can connect (127.0.0.1), port 0 is one that is free. Required without --web");
     app.add_option("--web", options.web,
                    "PORT or HOST:PORT of a page that shows the stream in a browser; without a host this machine alone "
                    "can open it");
     app.add_option("--secret-file", options.secret_file,
-                   "Of tls:// and srt://: its first line is the secret; made where it is not there. Without it the "
+                   "Of tls://: its first line is the secret; made where it is not there. Without it the "
                    "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
-    cli::add_with_default(app, "--mbit", options.mbit_s,
-                          "Of srt://: what each viewer is sent at most, megabits a second; 0: no limit");
     app.add_flag("--open", options.open,
                  "With tcp:// or --web beyond this machine: everybody who reaches it can watch and steer");
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");

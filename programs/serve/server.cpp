@@ -145,7 +145,7 @@ void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
     arrivals_.insert(arrival);
     arrival->patience.expires_after(arriving_patience);
     arrival->patience.async_wait([arrival](const asio::error_code& cancelled) {
-        if (!cancelled)
+        if (!cancelled && arrival->wire)  // it may have come in while this was on its way
             arrival->wire->close();
     });
     arrival->wire->open([this, arrival](const asio::error_code& error) {

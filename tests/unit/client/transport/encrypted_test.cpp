@@ -1,8 +1,7 @@
-/// Addresses, secrets, and connections that are encrypted by them: TLS and SRT.
+/// Addresses, secrets, and connections that are encrypted by them.
 #include <client/transport/address.h>
 #include <client/transport/secret.h>
 #include <client/transport/server_connection.h>
-#include <client/transport/srt_wire.h>
 #include <client/transport/wire.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
@@ -40,7 +39,6 @@ TEST(ServerAddresses, AreReadAsTheyAreWritten) {
     EXPECT_EQ(address.secret, secret);
     EXPECT_EQ(address.text(), "tls://[2001:db8::5]:9000");
     EXPECT_EQ(address.text_with_secret(), "tls://" + secret + "@[2001:db8::5]:9000");
-    EXPECT_EQ(parse_server_address("srt://host:1").value().scheme, Scheme::srt);
     EXPECT_EQ(parse_server_address("tcp://:0").value().text(), "tcp://:0");
     EXPECT_EQ(parse_server_address("tls://host:1").value().text_with_secret(), "tls://host:1");
     for (const char* bad : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0",
@@ -49,8 +47,8 @@ TEST(ServerAddresses, AreReadAsTheyAreWritten) {
 }
 
 TEST(ServerAddresses, KeepTheirSecretsToThemselves) {
-    EXPECT_EQ(without_secrets("view srt://abc@host:1 --x 'tls://d@e@host:2' a@b tls://host:3 tcp://h:4"),
-              "view srt://***@host:1 --x 'tls://***@host:2' a@b tls://host:3 tcp://h:4");
+    EXPECT_EQ(without_secrets("view tls://abc@host:1 --x 'tls://d@'e@host:2' a@b tls://host:3 tcp://h:4"),
+              "view tls://***@host:1 --x 'tls://***@host:2' a@b tls://host:3 tcp://h:4");
     EXPECT_EQ(without_secrets("tls://"), "tls://");
 }
 
@@ -67,82 +65,78 @@ TEST(Secrets, AreMadeOnceAndForTheirOwnerAlone) {
 
 TEST(Secrets, ThatAreNoneAreRefused) {
     const synthetic::Folder folder;
-    for (const std::string& bad : {std::string(), std::string(15, 'a'), std::string(80, 'a'), std::string(16, '@'),
-                                   std::string(16, ' '), std::string(16, '\xe4')}) {
+    for (const std::string& bad :
+         {std::string(), std::string(15, 'a'), std::string(129, 'a'), std::string(16, '@'), std::string(16, ' '),
+          std::string(16, '\xe4'), std::string(16, '\''), std::string(16, '\\')}) {
         std::ofstream(folder / "bad") << bad << '\n';
+        std::filesystem::permissions(folder / "bad",
+                                     std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
         EXPECT_THROW(read_or_make_secret(folder / "bad"), InputError) << bad;
     }
+    std::ofstream(folder / "open") << secret << '\n';
+    std::filesystem::permissions(folder / "open", std::filesystem::perms::others_read,
+                                 std::filesystem::perm_options::add);
+    EXPECT_THROW(read_or_make_secret(folder / "open"), InputError);
     std::ofstream(folder / "empty");
     EXPECT_THROW(read_or_make_secret(folder / "empty"), InputError);
     EXPECT_THROW(read_or_make_secret(folder / "no/such/folder"), InputError);
 }
 
-const asio::ip::address here = asio::ip::address_v4::loopback();
-
-/// Accepts one viewer, and answers the first bytes that it says.
+/// Accepts one viewer, answers the first bytes that it says, and hears the rest.
 class Answering {
 public:
+    enum class End { says_so, breaks_off };
+
     /// Speaks by `context`, or plainly.
-    Answering(std::shared_ptr<asio::ssl::context> context, std::string answer)
-        : context_(std::move(context)), answer_(std::move(answer)) {
-        acceptor_.emplace(io_, asio::ip::tcp::endpoint(here, 0));
-        address_ = "tls://SECRET@127.0.0.1:" + std::to_string(acceptor_->local_endpoint().port());
-        acceptor_->async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
-            if (!error)
-                open(context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket)));
-        });
-        thread_ = std::thread([this] { io_.run(); });
-    }
-    /// Speaks SRT.
-    Answering(const SrtSettings& settings, std::string answer) : answer_(std::move(answer)) {
-        listener_.emplace(io_.get_executor(), asio::ip::udp::endpoint(here, 0), settings);
-        listener_->listen();
-        address_ = "srt://SECRET@127.0.0.1:" + std::to_string(listener_->address().port());
-        listener_->accept([this](const asio::error_code& error, std::unique_ptr<Wire> wire, const auto&) {
-            if (!error)
-                open(std::move(wire));
+    Answering(std::shared_ptr<asio::ssl::context> context, std::string answer, End end = End::says_so)
+        : context_(std::move(context)), answer_(std::move(answer)), end_(end) {
+        acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
+            if (error)
+                return;
+            wire_ = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
+            wire_->open([this](const asio::error_code& refused) {
+                agreed_.set_value(!refused);
+                if (refused)
+                    return wire_->close();
+                hear();
+            });
         });
         thread_ = std::thread([this] { io_.run(); });
     }
     ~Answering() {
         work_.reset();
         asio::post(io_, [this] {
-            if (acceptor_)
-                acceptor_->close();
-            if (listener_)
-                listener_->close();
+            acceptor_.close();
             if (wire_)
                 wire_->close();
         });
         thread_.join();
     }
-    /// Empty: none is said.
+    /// Empty: no secret is said.
     std::string address(const std::string& its_secret) const {
-        std::string all = address_;
-        return all.replace(all.find("SECRET@"), 7, its_secret.empty() ? "" : its_secret + "@");
+        return "tls://" + (its_secret.empty() ? "" : its_secret + "@") +
+               "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port());
     }
     std::future<std::string> heard() { return heard_.get_future(); }
     std::future<bool> agreed_with() { return agreed_.get_future(); }
+    /// How hearing ended.
+    std::future<asio::error_code> ended() { return ended_.get_future(); }
 
 private:
-    void open(std::unique_ptr<Wire> wire) {
-        wire_ = std::move(wire);
-        wire_->open([this](const asio::error_code& refused) { agreed(refused); });
-    }
-    void agreed(const asio::error_code& refused) {
-        agreed_.set_value(!refused);
-        if (refused)
-            return wire_->close();
+    void hear() {
         wire_->read_some(said_, [this](const asio::error_code& error, std::size_t count) {
             if (error)
-                return;
-            heard_.set_value(std::string(said_.data(), count));
-            answer(0);
+                return ended_.set_value(error);
+            if (!std::exchange(has_heard_, true)) {
+                heard_.set_value(std::string(said_.data(), count));
+                answer(0);
+            }
+            hear();
         });
     }
     void answer(std::size_t begin) {
         if (begin == answer_.size())
-            return wire_->end_writing();
+            return end_ == End::says_so ? wire_->end_writing() : wire_->close();
         wire_->write_some(std::span<const char>(answer_).subspan(begin),
                           [this, begin](const asio::error_code& error, std::size_t count) {
                               if (!error)
@@ -152,15 +146,16 @@ private:
 
     std::shared_ptr<asio::ssl::context> context_;
     std::string answer_;
+    End end_;
     asio::io_context io_{1};
     std::optional<asio::executor_work_guard<asio::io_context::executor_type>> work_{io_.get_executor()};
-    std::optional<asio::ip::tcp::acceptor> acceptor_;
-    std::optional<SrtListener> listener_;
-    std::string address_;
+    asio::ip::tcp::acceptor acceptor_{io_, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0)};
     std::unique_ptr<Wire> wire_;
-    std::array<char, 4096> said_{};
+    bool has_heard_ = false;
+    std::array<char, 256> said_{};
     std::promise<std::string> heard_;
     std::promise<bool> agreed_;
+    std::promise<asio::error_code> ended_;
     std::thread thread_;
 };
 
@@ -175,11 +170,23 @@ std::string refusal(const Answering& server, const std::string& its_secret) {
     }
 }
 
-/// A pose goes there, and a million bytes and their end come back.
-void expect_carried(Answering& server, const std::string& answer) {
+std::string long_answer(std::size_t bytes) {
+    std::string answer(bytes, ' ');
+    for (std::size_t i = 0; i < answer.size(); ++i)
+        answer[i] = char('a' + i % 23);
+    return answer;
+}
+
+ViewerPose pose_at(double x_m) {
+    return {1, {{x_m, 2, 3}, {1, 0, 0, 0}}, {}};
+}
+
+TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
+    const std::string answer = long_answer(1'000'000);
+    Answering server(secret_context(secret, TlsRole::server), answer);
     PoseSender poses;
     ServerConnection connection(server.address(secret), &poses, {});
-    EXPECT_TRUE(poses.send({1, {{1, 2, 3}, {1, 0, 0, 0}}}));
+    EXPECT_TRUE(poses.send(pose_at(1)));
     const std::string heard = server.heard().get();
     ViewerMessageReader reader;
     const auto pose = reader.take(std::vector<std::uint8_t>(heard.begin(), heard.end()));
@@ -192,31 +199,36 @@ void expect_carried(Answering& server, const std::string& answer) {
     EXPECT_TRUE(got == answer) << got.size();
 }
 
-std::string long_answer() {
-    std::string answer(1'000'000, ' ');
-    for (std::size_t i = 0; i < answer.size(); ++i)
-        answer[i] = char('a' + i % 23);
-    return answer;
+/// What a viewer says once the server has said all must take nothing of it back.
+TEST(EncryptedConnections, HeadsThatMoveAfterTheEndLoseNothing) {
+    const std::string answer = long_answer(12'000'000);
+    Answering server(secret_context(secret, TlsRole::server), answer);
+    auto ended = server.ended();
+    std::string got;
+    {
+        PoseSender poses;
+        ServerConnection connection(server.address(secret), &poses, {});
+        std::vector<std::uint8_t> block(200'000);
+        double x_m = 0;
+        for (std::size_t count = 1; count > 0;) {
+            poses.send(pose_at(x_m += 1));
+            std::this_thread::sleep_for(std::chrono::milliseconds(got.size() > 11'000'000 ? 40 : 1));
+            count = connection.read(block);
+            got.append(block.begin(), block.begin() + std::ptrdiff_t(count));
+        }
+    }
+    EXPECT_TRUE(got == answer) << got.size();
+    EXPECT_EQ(ended.get(), asio::error::eof);
 }
 
-TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
-    const std::string answer = long_answer();
-    Answering by_tls(secret_context(secret, TlsRole::server), answer);
-    expect_carried(by_tls, answer);
-    Answering by_srt(SrtSettings{secret}, answer);
-    expect_carried(by_srt, answer);
-}
-
-TEST(EncryptedConnections, OfSrtWhoeverKnowsAnotherSecretIsRefused) {
-    Answering server(SrtSettings{secret}, "all");
-    EXPECT_NE(refusal(server, "another-secret-of-enough").find("expected a server that knows the secret"),
-              std::string::npos);
-}
-
-TEST(EncryptedConnections, NobodyAnswersBySrt) {
+TEST(EncryptedConnections, OneThatIsCutIsNoEnd) {
+    Answering server(secret_context(secret, TlsRole::server), "all", Answering::End::breaks_off);
     PoseSender poses;
-    const Patience patience{.connect_s = 0.3, .first_bytes_s = 0.3, .silence_s = 0.3};
-    EXPECT_THROW(ServerConnection("srt://" + secret + "@127.0.0.1:1", &poses, {}, patience), std::runtime_error);
+    ServerConnection connection(server.address(secret), &poses, {});
+    poses.send(pose_at(1));
+    std::array<std::uint8_t, 16> block{};
+    EXPECT_EQ(connection.read(block), 3u);
+    EXPECT_THROW(connection.read(block), WorkError);
 }
 
 TEST(EncryptedConnections, TheEnvironmentMaySayTheSecret) {
