@@ -77,7 +77,7 @@ def check_study(prefix, scratch):
     if not list(prefix.rglob("equistream/python/equistream/_core.*.so")):
         return
     own = {**os.environ, "EQUISTREAM_PYTHON": sys.executable}
-    planned = subprocess.run([dispatcher, "farm", "study", "--preset", "small", "--measured", scratch, "--out", scratch / "study"], env=own, text=True, capture_output=True)
+    planned = subprocess.run([dispatcher, "farm", "--measured", scratch, "--out", scratch / "farm", "study", "--preset", "small", "--out", scratch / "study"], env=own, text=True, capture_output=True)
     assert planned.returncode == 1 and "expected a measured result" in planned.stderr, planned.stderr
 
 

@@ -87,7 +87,7 @@ class BadInput(unittest.TestCase):
             self.assertIn("--settings FILE", words, command)
             if command != "scene":  # whose own commands have it
                 self.assertRegex(words, "--json [Rr]eport as JSON on standard output", command)
-            if command not in ("scene", "info", "view"):  # which have no steps
+            if command not in ("scene", "info", "view", "doctor"):  # which have no steps
                 self.assertRegex(words, r"--progress \S+( \[auto\])? .*auto: [^;]*; json: [^;]*; none: nothing", command)
             self.assert_refused(run(command, "--settings", self.out / "none.ini"), 2, "none.ini")
 
