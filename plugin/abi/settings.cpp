@@ -236,6 +236,7 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
     require(s.part_count == 0 || (s.accumulate_frames == 0 && !info.patches), "part_count",
             "0 in an atlas of patches and where frames are accumulated", std::to_string(s.part_count));
     checked.part = {s.part, s.part_count};
+    checked.tile_side = checked_tile_settings(settings).tile_side;
     const std::string tiles =
         std::string(hidden_layer ? " hidden layer" : "") + (s.samples_by_angle != 0 ? " samples by angle" : "");
     checked.manifest.fingerprint =

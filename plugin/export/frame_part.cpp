@@ -7,8 +7,11 @@
 
 #include <isa-l/crc.h>
 
+#include <array>
 #include <fstream>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace equistream {
 
@@ -22,34 +25,65 @@ fs::path part_file(const fs::path& folder, std::int64_t index) {
     return folder / frame_file_name(index, "part");
 }
 
+/// `before`: that of the bytes in front of these.
+std::uint32_t checksum_of(std::string_view bytes, std::uint32_t before = 0) {
+    return crc32_gzip_refl(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+}
+
+/// A folder that another process renders into, or has removed, is left as it is.
+void remove_if_empty(const fs::path& folder) {
+    try {
+        const FolderLock lock(folder);
+        if (!list_frames(folder, "part").empty())
+            return;
+        std::error_code ignored;
+        fs::remove(folder / "manifest.json", ignored);
+        fs::remove(folder, ignored);
+    } catch (const std::exception&) {
+    }
+}
+
 }  // namespace
 
 fs::path SequenceWriter::part_folder(std::uint32_t number) const {
     return settings_.folder / ("part-" + std::to_string(number) + "-of-" + std::to_string(settings_.part.count));
 }
 
+/// Read in blocks: how many bytes there are to be, the heading alone says.
 bool SequenceWriter::has_part(std::int64_t index) const {
-    return fs::exists(part_file(settings_.folder, index));
+    std::ifstream in(part_file(settings_.folder, index), std::ios::binary);
+    std::array<char, longest_heading> heading{};
+    if (!in.getline(heading.data(), heading.size()))
+        return false;
+    std::vector<char> block(std::size_t{1} << 20);
+    std::uint64_t bytes = 0;
+    std::uint32_t checksum = 0;
+    while (in) {
+        in.read(block.data(), static_cast<std::streamsize>(block.size()));
+        const auto count = static_cast<std::size_t>(in.gcount());
+        checksum = checksum_of({block.data(), count}, checksum);
+        bytes += count;
+    }
+    return in.eof() &&
+           heading.data() + std::string("\n") == part_heading(index, settings_.part.number, bytes, checksum);
 }
 
-/// The fingerprint covers size, planes, samples and the renderer's code, so nothing else of the bytes is to be checked.
-std::string SequenceWriter::part_heading(std::int64_t index, std::uint32_t number, const std::string& bytes) const {
-    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-    return "equistream part 1: frame " + std::to_string(index) + ", part " + std::to_string(number) + " of " +
-           std::to_string(settings_.part.count) + ", settings " + settings_.manifest.fingerprint + ", " +
-           std::to_string(bytes.size()) + " bytes, checksum " + std::to_string(crc32_gzip_refl(0, data, bytes.size())) +
-           "\n";
+/// The fingerprint covers size, planes and the renderer's code, so nothing else of the bytes is to be checked.
+std::string SequenceWriter::part_heading(std::int64_t index, std::uint32_t number, std::uint64_t bytes,
+                                         std::uint32_t checksum) const {
+    return "equistream part 2: frame " + std::to_string(index) + ", part " + std::to_string(number) + " of " +
+           std::to_string(settings_.part.count) + ", tiles of " + std::to_string(settings_.tile_side) + ", " +
+           std::to_string(settings_.manifest.shared.samples_per_pixel) + " spp, settings " +
+           settings_.manifest.fingerprint + ", " + std::to_string(bytes) + " bytes, checksum " +
+           std::to_string(checksum) + "\n";
 }
 
 void SequenceWriter::write_part(const FrameInfo& info, const std::string& bytes) {
-    if (!manifest_is_current_)  // another one's, where parts of other settings make way
-        write_manifest(settings_.folder, settings_.manifest);
-    manifest_is_current_ = true;
-    const std::string heading = part_heading(info.index, settings_.part.number, bytes);
+    const std::string heading = part_heading(info.index, settings_.part.number, bytes.size(), checksum_of(bytes));
     AtomicFile file(part_file(settings_.folder, info.index));
     file.write_at(heading.data(), heading.size(), 0);
     file.write_at(bytes.data(), bytes.size(), heading.size());
-    file.commit();
+    file.commit([&] { make_way_for(info); });
 }
 
 std::string SequenceWriter::read_part(std::int64_t index, std::uint32_t number, std::size_t size) const {
@@ -69,7 +103,7 @@ std::string SequenceWriter::read_part(std::int64_t index, std::uint32_t number, 
     in.read(bytes.data(), static_cast<std::streamsize>(size));
     if (!in)
         refuse("a file that can be read", "an error");
-    if (const std::string expected = part_heading(index, number, bytes); heading != expected)
+    if (const std::string expected = part_heading(index, number, bytes.size(), checksum_of(bytes)); heading != expected)
         refuse("'" + expected.substr(0, expected.size() - 1) + "'", "another heading, or other bytes than it says");
     return bytes;
 }
@@ -79,10 +113,7 @@ void SequenceWriter::remove_parts(std::int64_t index) const {
     for (std::uint32_t number = 1; number <= settings_.part.count; ++number) {
         const fs::path folder = part_folder(number);
         fs::remove(part_file(folder, index), ignored);
-        if (fs::exists(folder, ignored) && list_frames(folder, "part").empty()) {
-            fs::remove(folder / "manifest.json", ignored);
-            fs::remove(folder, ignored);
-        }
+        remove_if_empty(folder);
     }
 }
 

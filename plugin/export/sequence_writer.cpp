@@ -112,8 +112,10 @@ void require_readable(const std::string& file, const FrameInfo& info) {
 
 SequenceWriter::SequenceWriter(SequenceSettings settings) : settings_(std::move(settings)) {
     require_utf8(settings_.manifest.shared);
-    if (settings_.part.is_one())
+    if (settings_.part.is_one()) {
+        refuse_other_whole_frames();
         settings_.folder = part_folder(settings_.part.number);
+    }
     make_folder();
     lock_.emplace(settings_.folder);
     adopt_or_refuse();
@@ -128,12 +130,22 @@ void SequenceWriter::make_folder() const {
         throw InputError(expected_found(settings_.folder.string(), "a writable folder", std::strerror(errno)));
 }
 
+/// Of one part: a frame that was put together counts as kept, so it must be of these settings.
+void SequenceWriter::refuse_other_whole_frames() const {
+    const std::filesystem::path& folder = settings_.folder;
+    if (settings_.overwrite || !std::filesystem::exists(folder) || list_frames(folder).empty())
+        return;
+    if (const auto differs = difference(read_manifest(folder), settings_.manifest))
+        throw InputError((folder / "manifest.json").string() + ": " + *differs +
+                         "; choose another folder or overwrite");
+}
+
 /// A folder that holds frames of other settings is never added to: it is refused, or emptied of them on request.
 void SequenceWriter::adopt_or_refuse() {
     const std::filesystem::path& folder = settings_.folder;
     const std::filesystem::path file = folder / "manifest.json";
     remove_unfinished_files(folder);
-    const std::vector<std::int64_t> frames = list_frames(folder);
+    const std::vector<std::int64_t> frames = list_frames(folder, extension());
     std::optional<std::string> refusal;
     if (std::filesystem::exists(file)) {
         try {
@@ -190,7 +202,7 @@ void SequenceWriter::write(const Frame& frame, std::int64_t left_out_samples) {
 /// says where its path begins.
 void SequenceWriter::make_way_for(const FrameInfo& info) {
     for (; !outdated_.empty(); outdated_.pop_back())  // after a failure the next frame goes on here
-        std::filesystem::remove(settings_.folder / frame_file_name(outdated_.back()));
+        std::filesystem::remove(settings_.folder / frame_file_name(outdated_.back(), extension()));
     if (!knows_first_frame_ || info.index < settings_.manifest.shared.index) {
         set_first_frame(info);
         knows_first_frame_ = true;

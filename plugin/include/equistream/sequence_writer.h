@@ -19,7 +19,8 @@ struct SequenceSettings {
     Manifest manifest;  ///< all that frames share; the fingerprint covers every setting that decides pixels
     bool overwrite = false;
     bool single_part = false;
-    FramePart part{};  ///< one of several is written into a folder of its own in `folder`
+    FramePart part{};   ///< one of several is written into a folder of its own in `folder`
+    int tile_side = 0;  ///< of parts: pixels, the same for all
 };
 
 /// A name for everything in the manifest that decides pixels, and for what else the host says does.
@@ -40,8 +41,8 @@ public:
     /// Where a frame is, once it is written. Any thread.
     std::filesystem::path frame_file(std::int64_t index) const { return settings_.folder / frame_file_name(index); }
     const FramePart& part() const { return settings_.part; }
-    /// Whether the folder has this frame, whole, and it stays. One that was cut or is empty counts as not there. A part
-    /// is also kept where the frame it was for has been put together.
+    /// Whether the folder has this frame, whole, and it stays. One that was cut or is empty counts as not there, and so
+    /// does a part that was changed. A part is also kept where the frame it was for has been put together.
     bool keeps_frame(std::int64_t index) const;
     /// Writes a finished frame; the manifest takes its poses from the one with the lowest index, whenever it comes.
     void write(const Frame& frame, std::int64_t left_out_samples = 0);
@@ -51,16 +52,20 @@ public:
     /// Of frames that are put together: what part `number` brought to a frame, `size` bytes. Throws InputError where it
     /// is missing, was cut or changed, or is of other settings.
     std::string read_part(std::int64_t index, std::uint32_t number, std::size_t size) const;
-    /// Of frames that are put together, once this one is written: its parts go, and folders with no other.
+    /// Of frames that are put together, once this one is written: its parts go, and folders with no other that nobody
+    /// renders into.
     void remove_parts(std::int64_t index) const;
 
 private:
     bool has_part(std::int64_t index) const;
     std::filesystem::path part_folder(std::uint32_t number) const;
-    std::string part_heading(std::int64_t index, std::uint32_t number, const std::string& bytes) const;
+    std::string part_heading(std::int64_t index, std::uint32_t number, std::uint64_t bytes,
+                             std::uint32_t checksum) const;
+    const char* extension() const { return settings_.part.is_one() ? "part" : "exr"; }
     void make_way_for(const FrameInfo& info);
     void set_first_frame(const FrameInfo& first);
     void make_folder() const;
+    void refuse_other_whole_frames() const;
     void adopt_or_refuse();
 
     SequenceSettings settings_;

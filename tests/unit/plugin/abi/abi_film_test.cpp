@@ -347,10 +347,44 @@ TEST_F(AbiFilm, parts_that_do_not_belong_together_are_refused) {
     es_error error{};
     const es_frame_settings when = at(0);
     EXPECT_EQ(es_frame_begin(sequence, &when, &frame, &error), ES_BAD_INPUT);
-    EXPECT_NE(std::string(error.text).find("part-1-of-1/frame.0000.part: expected 'equistream part 1: frame 0"),
+    EXPECT_NE(std::string(error.text).find("part-1-of-1/frame.0000.part: expected 'equistream part 2: frame 0"),
               std::string::npos)
         << error.text;
     es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, parts_of_other_tiles_are_refused_and_those_of_other_settings_make_way) {
+    settings.part_count = settings.part = 1;
+    const auto rendered = [&](std::int64_t index) {
+        es_sequence* sequence = open();
+        es_frame* frame = begin(sequence, at(index));
+        fill(frame, numbered, noise_with_holes);
+        end(frame);
+        es_sequence_close(sequence);
+    };
+    rendered(0);
+    rendered(1);
+    settings.tile_side = 16;
+    es_sequence* sequence = open();
+    EXPECT_EQ(es_sequence_has_frame(sequence, 0), 0);
+    es_sequence_close(sequence);
+    settings.seed = 12;
+    settings.overwrite = 1;
+    rendered(1);
+    EXPECT_EQ(list_frames(output + "/part-1-of-1", "part"), std::vector<std::int64_t>{1});
+}
+
+TEST_F(AbiFilm, a_part_beside_whole_frames_of_other_settings_is_refused) {
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    fill(frame, numbered, noise_with_holes);
+    end(frame);
+    es_sequence_close(sequence);
+    settings.part_count = settings.part = 1;
+    settings.seed = 12;
+    es_error error{};
+    EXPECT_EQ(es_sequence_open(&settings, &sequence, &error), ES_BAD_INPUT);
+    EXPECT_NE(std::string(error.text).find("manifest.json: expected seed"), std::string::npos) << error.text;
 }
 
 TEST_F(AbiFilm, a_part_has_no_whole_planes) {
