@@ -40,8 +40,8 @@ def parser_of():
                         help=f"the ordinary command line of {', '.join(jobs.COMMANDS)}; after --, others that need all before them; or status FOLDER: how far a farm is")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("farm"), metavar="DIR",
                         help="folder for scripts, logs and unfinished work, which all machines see (default: farm)")
-    parser.add_argument("--chunk", type=at_least(1, int), metavar="N", help="frames a task (default: as many as take --minutes)")
-    parser.add_argument("--parts", type=at_least(1, int), metavar="N", help="tasks a frame, each a part of its tiles (default: 1, or as many as make each take --minutes)")
+    parser.add_argument("--chunk", type=at_least(1, int), metavar="N", help="frames a task, where frames are not in parts (default: as many as take --minutes)")
+    parser.add_argument("--parts", type=at_least(1, int), metavar="N", help="parts of each frame, by tiles; a task renders one part of all frames (default: 1, or where a frame takes longer than --minutes, as many as make each task take that)")
     parser.add_argument("--minutes", type=at_least(0.01, float), default=10.0, metavar="M", help="what a task is meant to take (default: 10)")
     parser.add_argument("--frame-seconds", type=at_least(0, float), metavar="S", help="what a frame takes a machine (default: measured here, on the middle frame)")
     parser.add_argument("--retries", type=at_least(0, int), default=2, metavar="N", help="how often a task goes on by itself after its program was killed or failed (default: 2)")

@@ -95,8 +95,8 @@ def of_scenes(preset):
     return [experiment for experiment in OF_SCENES if experiment not in preset.left_out]
 
 
-def steps(study, line, measured, step):
-    """A farm's steps of the study with these options, `line` its words: its list of jobs is written, and stays as it is when results change."""
+def steps(study, measured, step):
+    """A farm's steps of the study with these options: its list of jobs is written, and stays as it is when results change."""
     preset = PRESETS[study.preset]
     scenes = study.scenes.split(",") if study.scenes else list(preset.scenes)
     jobs = all_jobs(preset, scenes, measured)

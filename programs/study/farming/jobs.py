@@ -28,6 +28,10 @@ LIMIT = 2
 """Times what it is meant to take, and as many seconds more as a cluster may need to begin:"""
 SLACK_S = 300
 MOST_PARTS = 4096
+TILE_SIDE = 32
+"""Of the tiles that parts are of."""
+STUDY_OPTIONS = ("--preset", "--scenes", "--out", "--work")
+"""That a study's tasks are given; the others they set themselves."""
 
 
 def split_at_dashes(words):
@@ -100,19 +104,22 @@ def step(name, kind, after=(), words=(), tasks=1, seconds=None, processors=None,
 
 
 def divided(render, measured, options):
-    """Frames a task, and tasks a frame."""
+    """Frames a task, and parts that each frame is rendered in."""
     count = render["last_frame"] - render["first_frame"] + 1
     if not render["independent"]:
         if options.parts or options.chunk:
             raise Failed("expected frames that hang on no other for --chunk and --parts, found --accumulate or --patches, whose frames go on from the one before")
         return count, 1
     parts = options.parts or 1
-    if not options.parts and not options.chunk and render["in_parts"]:
-        parts = min(MOST_PARTS, max(1, math.ceil(measured["frame_s"] / (60 * options.minutes))))
+    if parts > 1 and options.chunk:
+        raise Failed("--chunk: expected no --parts beside it, whose tasks are parts of all frames, found both")
+    if not options.parts and not options.chunk and render["in_parts"] and measured["frame_s"] > 60 * options.minutes:
+        tiles = math.ceil(render["width"] / TILE_SIDE) * math.ceil(render["height"] / TILE_SIDE)
+        parts = min(MOST_PARTS, tiles, math.ceil(count * measured["frame_s"] / (60 * options.minutes)))
     if parts > 1 and not render["in_parts"]:
         raise Failed("--parts: expected a host that renders by tiles, and no --window, found pictures that are rendered whole")
     if parts > 1:
-        return options.chunk or 1, parts
+        return count, parts  # a part's folder belongs to one program at a time
     return min(count, options.chunk or max(1, int(60 * options.minutes / max(measured["frame_s"], 1e-3)))), 1
 
 
@@ -125,7 +132,7 @@ def render_steps(name, line, options, program):
         measured = measured_frame(program, line, render, options.out.resolve(), Progress("farm", options.progress))
     chunk, parts = divided(render, measured, options)
     first, last = render["first_frame"], render["last_frame"]
-    tasks = math.ceil((last - first + 1) / chunk) * parts
+    tasks = parts if parts > 1 else math.ceil((last - first + 1) / chunk)
     threads = re.search(r"--threads[ =](\d+)", " ".join(line))
     processors = int(threads[1]) if threads else None
     seconds = round(measured["start_s"] + chunk * measured["frame_s"] / parts, 1)
@@ -133,7 +140,7 @@ def render_steps(name, line, options, program):
     if parts > 1:
         words = without(line, {**DROPPED, "--frames": 1})
         whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors)
-        return [step(name, "parts", words=words, parts=parts, **shared), whole], measured, last - first + 1
+        return [step(name, "parts", words=words, **shared), whole], measured, last - first + 1
     gathered = step(f"{name}-whole", "gather", after=[name], of=name, first=first, last=last, out=render["out"], command=f"equistream {shlex.join(line)}")
     return [step(name, "frames", words=without(line, {**DROPPED, **PLACED}), **shared), gathered], measured, last - first + 1
 
@@ -141,8 +148,11 @@ def render_steps(name, line, options, program):
 def study_steps(line, options):
     import plan
     from study import arguments as study_arguments
+    for word in without(line[1:], DROPPED):
+        if word.startswith("-") and word.partition("=")[0] not in STUDY_OPTIONS:
+            raise Failed(f"farm study: expected options of {', '.join(STUDY_OPTIONS)}, found {word}")
     study = study_arguments([*line[1:], "--bin", str(options.bin)])
-    return plan.steps(study, line, options.measured or RESULTS, step)
+    return plan.steps(study, options.measured or RESULTS, step)
 
 
 def plan_of(options):

@@ -16,6 +16,8 @@ from steps import ENDS_WITH_PARENT, Failed, write_whole
 
 USAGE = 2
 """The exit status of a command that was given wrong words: trying again would not help."""
+FROM_THE_START = ("encode", "play", "compare")
+"""Commands that would do all their work again; the others keep what is finished."""
 
 
 def parsed(parser, words):
@@ -79,9 +81,7 @@ def words_of(step, number, folder):
         first, last = chunks(step)[number]
         return [*words, "--frames", f"{first}-{last}", "--out", str(chunk_folder(folder.resolve(), step, first, last))]
     if step["kind"] == "parts":
-        chunk, part = divmod(number, step["parts"])
-        first, last = chunks(step)[chunk]
-        return [*words, "--frames", f"{first}-{last}", "--part", f"{part + 1}/{step['parts']}"]
+        return [*words, "--frames", f"{step['first']}-{step['last']}", "--part", f"{number + 1}/{step['tasks']}"]
     return [*words, *(step["each"][number] if "each" in step else [])] + ([step["numbered"], str(number)] if "numbered" in step else [])
 
 
@@ -140,15 +140,23 @@ def run(programs, asked):
         step = next((step for step in plan["steps"] if step["name"] == asked.step), None)
         if step is None or not 0 <= asked.number < step["tasks"]:
             raise Failed(f"{asked.folder}/plan.json: expected task {asked.number} of a step '{asked.step}', found none")
-        base = base_of(asked.folder, plan)
+        base, done = base_of(asked.folder, plan), done_file(asked.folder, step, asked.number)
+        words = [] if step["kind"] == "gather" else words_of(step, asked.number, asked.folder)
+        told = shlex.join(words) + "\n"
+        if words and words[0] in FROM_THE_START and done.exists() and done.read_text() == told:
+            report.step(1, f"done before; remove {done} to do it again")
+            return 0
         if step["kind"] == "gather":
             gather_frames(step, asked.folder, base)
         else:
-            Runner(programs.resolve() / "equistream", base, report).until_done(words_of(step, asked.number, asked.folder), plan["retries"])
+            Runner(programs.resolve() / "equistream", base, report).until_done(words, plan["retries"])
         if step["kind"] not in ("frames", "parts"):
-            write_whole(done_file(asked.folder, step, asked.number), "")
+            write_whole(done, told)
         report.step(1, "done")
         return 0
-    except Failed as failure:
+    except (Failed, OSError) as failure:
         report.failed(str(failure))
         return 1
+    except (KeyError, TypeError, ValueError) as error:
+        report.failed(f"{asked.folder}/plan.json: expected what equistream farm writes, found {type(error).__name__} {error}; plan it anew")
+        return USAGE

@@ -94,11 +94,30 @@ class Divided(Farm):
         several = (*RENDER[:2], "--frames", "0-1", *RENDER[4:6], "--spp", "3", "--layers", "--aovs", "all,reference,guides", "--samples", "angle")
         self.started(*several, "--out", "layered").check_returncode()
         self.farm("--parts", 3, "--frame-seconds", 1, *several, "--out", "frames")
-        self.assertEqual([(step["name"], step["tasks"]) for step in self.plan()["steps"]], [("render", 6), ("render-whole", 1)])
+        self.assertEqual([(step["name"], step["tasks"]) for step in self.plan()["steps"]], [("render", 3), ("render-whole", 1)])
         self.run_tasks()
         self.assert_same_frames("frames", "layered")
         self.assertEqual(list((self.root / "frames").rglob("*.part")), [], "what was put together is kept once")
-        self.assertIn("0 frames rendered, 2 kept", self.farm("task", "farm", "render", 0).stdout)
+        self.assertIn("0 frames rendered, 4 kept", self.farm("task", "farm", "render", 0).stdout)
+
+    def test_parts_of_several_frames_at_once(self):
+        several = (*RENDER[:2], "--frames", "0-3", *RENDER[4:], "--spp", "1")
+        self.started(*several, "--out", "four").check_returncode()
+        self.farm("--parts", 3, "--frame-seconds", 1, *several, "--out", "frames")
+        tasks = [subprocess.Popen(["equistream", "farm", "task", "farm", "render", str(number)], cwd=self.root, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                 for number in range(self.plan()["steps"][0]["tasks"])]
+        for task in tasks:
+            said = task.communicate()[0]
+            self.assertEqual(task.returncode, 0, said)
+        self.farm("task", "farm", "render-whole")
+        self.assert_same_frames("frames", "four")
+
+    def test_a_finished_encode_is_not_done_again(self):
+        self.farm("--frame-seconds", 1, *self.render, "--out", "frames", "--", "encode", "whole", "--out", "frames.mp4")
+        for expected in (True, False):
+            (self.root / "frames.mp4").unlink(missing_ok=True)
+            said = self.farm("task", "farm", "encode").stdout
+            self.assertEqual(("done before" in said, (self.root / "frames.mp4").exists()), (not expected, expected))
 
     def test_a_part_that_is_missing_or_changed_is_refused(self):
         words = (*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--out", "frames")
@@ -116,8 +135,11 @@ class Divided(Farm):
                 self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (2, 1), refused.stderr)
                 self.assertIn("frame.0000.part: expected", refused.stderr)
                 self.assertFalse((self.root / "frames/centre/frame.0000.exr").exists())
-        file.write_bytes(good)
+                self.assertIn("1 frames rendered, 0 kept", self.started(*words, "--part", "2/2").stdout)
+                self.assertEqual(file.read_bytes(), good)
         self.started(*words, "--part", "all/2").check_returncode()
+        refused = self.started(*("8" if word == "7" else word for word in words), "--part", "1/2")
+        self.assertIn("frames/centre/manifest.json: expected seed 7 as in the frames there, found 8", refused.stderr)
 
     def test_what_tasks_take_is_measured(self):
         self.farm("--minutes", "0.1", *self.render, "--out", "frames", "--json")
@@ -130,8 +152,8 @@ class Divided(Farm):
 
     def test_a_frame_that_takes_too_long_is_divided(self):
         self.farm("--minutes", 10, "--frame-seconds", 1500, *self.render, "--out", "frames")
-        self.assertEqual([(step["tasks"], step["kind"]) for step in self.plan()["steps"]], [(3 * FRAMES, "parts"), (1, "run")])
-        self.assertIn("submit render --array=0-29 ", (self.root / "farm/submit.sh").read_text())
+        self.assertEqual([(step["tasks"], step["kind"]) for step in self.plan()["steps"]], [(15, "parts"), (1, "run")], "25 of 10 minutes, but no more than tiles")
+        self.assertIn("submit render --array=0-14 ", (self.root / "farm/submit.sh").read_text())
 
     def test_frames_that_hang_on_others_are_one_task(self):
         self.farm("--frame-seconds", 600, *self.render, "--accumulate", "4", "--out", "frames")
@@ -157,6 +179,8 @@ class Divided(Farm):
                                 ((*self.render, "--overwrite", "--out", "frames"), "--overwrite: expected a render that goes on where it was"),
                                 (("view", "a.mp4"), "expected a job of render, encode, play, compare, study, or status, found 'view'"),
                                 ((*self.render, "--out", "frames", "--", "farm"), "expected jobs of"), (("--chunks", "2", *self.render), "did you mean --chunk?"),
+                                (("study", "--out", "study", "--again"), "farm study: expected options of --preset, --scenes, --out, --work, found --again"),
+                                (("--chunk", "2", "--parts", "2", "--frame-seconds", "1", *self.render, "--out", "frames"), "--chunk: expected no --parts beside it"),
                                 (("status", "nowhere"), "nowhere/plan.json: expected what equistream farm writes, found none"),
                                 (("task", "nowhere", "render", "0"), "nowhere/plan.json: expected"), ((), "expected a job")):
             with self.subTest(" ".join(words)):
@@ -164,6 +188,13 @@ class Divided(Farm):
                 self.assertIn(done.returncode, (1, 2))
                 self.assertIn(expected, done.stderr)
                 self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+    def test_a_damaged_plan_is_told_in_a_line(self):
+        self.farm("--frame-seconds", 3, *self.render, "--out", "frames")
+        file = self.root / "farm/plan.json"
+        file.write_text(file.read_text().replace('"chunk"', '"chunks"'))
+        refused = self.farm("task", "farm", "render", 0, status=2).stderr
+        self.assertRegex(refused, r"^equistream farm: farm/plan.json: expected what equistream farm writes, found KeyError 'chunk'; plan it anew\n$")
 
     def test_another_job_is_not_mixed_in(self):
         self.farm("--chunk", 4, "--frame-seconds", 3, *self.render, "--out", "frames")
