@@ -93,8 +93,10 @@ bool drain(const std::array<int, 2>& ends, const std::array<std::string*, 2>& te
 bool wait_for(pid_t child, int& status, const Deadline& deadline) {
     for (;;) {
         const pid_t ended = waitpid(child, &status, deadline.milliseconds_left() < 0 ? 0 : WNOHANG);
-        if (ended == child || (ended < 0 && errno != EINTR))
+        if (ended == child)
             return true;
+        if (ended < 0 && errno != EINTR)
+            throw WorkError(std::string("a program that was started could not be waited for: ") + std::strerror(errno));
         if (deadline.is_over())
             return false;
         if (ended == 0)
@@ -120,6 +122,7 @@ ChildEnd run_child(const std::vector<std::string>& words, std::optional<double> 
         argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     Pipe out, err;
+    std::signal(SIGCHLD, SIG_DFL);  // a program that is started with it ignored could wait for no child
     const pid_t parent = getpid();
     const pid_t child = fork();
     if (child == 0)

@@ -12,7 +12,8 @@ enum class State {
     missing,
     broken,  ///< there, but it crashed, hung or failed
 };
-NLOHMANN_JSON_SERIALIZE_ENUM(State, {{State::ok, "ok"}, {State::missing, "missing"}, {State::broken, "broken"}})
+// The first stands for whatever is not known.
+NLOHMANN_JSON_SERIALIZE_ENUM(State, {{State::broken, "broken"}, {State::ok, "ok"}, {State::missing, "missing"}})
 
 struct Finding {
     State state = State::missing;
