@@ -25,7 +25,7 @@ HEADERS = {  # each with the languages it promises to be
     "client.h": ["c11", "c++17"],
     "client.hpp": ["c++17", "c++20"],
 }
-COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "study", "fit", "doctor"]
+COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "farm", "study", "fit", "doctor"]
 USES_THE_CATALOGUE = '''
 #include <equistream/aov.h>
 static_assert(equistream::find_aov("depth")->unit == "m");
