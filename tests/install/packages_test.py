@@ -101,6 +101,24 @@ def make_packages(cpack, build, folder):
     return packages
 
 
+def mounted_in(folder):
+    places = [line.split()[4] for line in pathlib.Path("/proc/self/mountinfo").read_text().splitlines()]
+    places = [re.sub(r"\\([0-7]{3})", lambda octal: chr(int(octal[1], 8)), place) for place in places]
+    return [place for place in places if place.startswith(f"{folder}/")]
+
+
+@contextlib.contextmanager
+def scratch_folder():
+    """It goes in the end, but stays where anything is mounted in it: this machine's /dev would go with it."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="equistream_packages_")).resolve()
+    try:
+        yield folder
+    finally:
+        if mounted := mounted_in(folder):
+            raise AssertionError(f"{folder}: expected nothing mounted there in the end, found {', '.join(mounted)}; umount these, then remove the folder")
+        shutil.rmtree(folder)
+
+
 @contextlib.contextmanager
 def fresh_root(folder):
     root = folder / "root"
@@ -112,14 +130,15 @@ def fresh_root(folder):
     shutil.copy("/etc/ssl/certs/ca-certificates.crt", root / "etc/ssl/certs/ca-certificates.crt")
     (root / "etc/apt/sources.list").write_text(SOURCES)
     mounts = [root / "proc", root / "dev"]
-    run("mount", "-t", "proc", "proc", mounts[0])
-    run("mount", "--rbind", "/dev", mounts[1])
-    run("mount", "--make-rslave", mounts[1])
     try:
+        run("mount", "-t", "proc", "proc", mounts[0])
+        run("mount", "--rbind", "/dev", mounts[1])
+        run("mount", "--make-rslave", mounts[1])
         yield root
     finally:
         for mount in reversed(mounts):
-            run("umount", "-R", mount)
+            if os.path.ismount(mount):
+                subprocess.run(["umount", "-R", mount])  # scratch_folder says what is left
 
 
 def inside(root, script):
@@ -144,8 +163,7 @@ def main():
     for program in ("debootstrap", "dpkg-shlibdeps"):
         if not shutil.which(program):
             skip(f"expected {program}, found none (apt-get install debootstrap dpkg-dev)")
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(scratch)
+    with scratch_folder() as folder:
         packages = make_packages(cpack, build, folder / "packages")
         if kept := os.environ.get("EQUISTREAM_PACKAGES"):
             shutil.copytree(folder / "packages", kept, dirs_exist_ok=True, ignore=lambda _, names: [name for name in names if not name.endswith(".deb")])
