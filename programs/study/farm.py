@@ -14,7 +14,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farming import jobs, openjd, slurm, task  # noqa: E402
-from farming.folder import read_plan, status_lines, write_plan  # noqa: E402
+from farming.folder import DAMAGED, damage_told, read_plan, status_lines, write_plan  # noqa: E402
 from options import Parser, add_common, parse  # noqa: E402
 from steps import REPOSITORY, Failed, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -104,7 +104,10 @@ def main():
         sys.exit(task.run(options.bin, task.parsed(parser, words)))
     if command == "status":
         folder = pathlib.Path(words[0]) if words else options.out
-        print("\n".join(status_lines(folder, read_plan(folder))))
+        try:
+            print("\n".join(status_lines(folder, read_plan(folder))))
+        except DAMAGED as error:
+            parser.exit(task.USAGE, f"equistream farm: {damage_told(folder, error)}\n")
         return
     # The same job may be divided anew: what is finished stays.
     if (options.out / "plan.json").exists() and read_plan(options.out)["job"] != options.job:

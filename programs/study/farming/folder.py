@@ -25,6 +25,14 @@ def read_plan(folder):
     return plan
 
 
+DAMAGED = (KeyError, TypeError, ValueError)
+"""What reading a plan raises where something in it is missing, or is something else."""
+
+
+def damage_told(folder, error):
+    return f"{pathlib.Path(folder) / 'plan.json'}: expected what equistream farm writes, found {type(error).__name__} {error}; plan it anew"
+
+
 def base_of(folder, plan):
     """Where commands run: as they were typed, relative to the folder, so that both may be mounted elsewhere."""
     return (pathlib.Path(folder).resolve() / plan["base"]).resolve()

@@ -150,7 +150,7 @@ def study_steps(line, options):
     from study import arguments as study_arguments
     for word in without(line[1:], DROPPED):
         if word.startswith("-") and word.partition("=")[0] not in STUDY_OPTIONS:
-            raise Failed(f"farm study: expected options of {', '.join(STUDY_OPTIONS)}, found {word}")
+            raise Failed(f"study: expected options of {', '.join(STUDY_OPTIONS)}, found {word}")
     study = study_arguments([*line[1:], "--bin", str(options.bin)])
     return plan.steps(study, options.measured or RESULTS, step)
 

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 
-from farming.folder import base_of, chunk_folder, chunk_folders, chunks, done_file, frames_in, read_plan
+from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_in, read_plan
 from gathered import gather
 from options import minutes_text
 from steps import ENDS_WITH_PARENT, Failed, write_whole
@@ -157,6 +157,6 @@ def run(programs, asked):
     except (Failed, OSError) as failure:
         report.failed(str(failure))
         return 1
-    except (KeyError, TypeError, ValueError) as error:
-        report.failed(f"{asked.folder}/plan.json: expected what equistream farm writes, found {type(error).__name__} {error}; plan it anew")
+    except DAMAGED as error:
+        report.failed(damage_told(asked.folder, error))
         return USAGE

@@ -179,7 +179,7 @@ class Divided(Farm):
                                 ((*self.render, "--overwrite", "--out", "frames"), "--overwrite: expected a render that goes on where it was"),
                                 (("view", "a.mp4"), "expected a job of render, encode, play, compare, study, or status, found 'view'"),
                                 ((*self.render, "--out", "frames", "--", "farm"), "expected jobs of"), (("--chunks", "2", *self.render), "did you mean --chunk?"),
-                                (("study", "--out", "study", "--again"), "farm study: expected options of --preset, --scenes, --out, --work, found --again"),
+                                (("study", "--out", "study", "--again"), "study: expected options of --preset, --scenes, --out, --work, found --again"),
                                 (("--chunk", "2", "--parts", "2", "--frame-seconds", "1", *self.render, "--out", "frames"), "--chunk: expected no --parts beside it"),
                                 (("status", "nowhere"), "nowhere/plan.json: expected what equistream farm writes, found none"),
                                 (("task", "nowhere", "render", "0"), "nowhere/plan.json: expected"), ((), "expected a job")):
@@ -195,6 +195,8 @@ class Divided(Farm):
         file.write_text(file.read_text().replace('"chunk"', '"chunks"'))
         refused = self.farm("task", "farm", "render", 0, status=2).stderr
         self.assertRegex(refused, r"^equistream farm: farm/plan.json: expected what equistream farm writes, found KeyError 'chunk'; plan it anew\n$")
+        file.write_text('{"format": "equistream farm 1"}')
+        self.assertRegex(self.farm("status", "farm", status=2).stderr, r"^equistream farm: farm/plan.json: expected what .* KeyError 'steps'; plan it anew\n$")
 
     def test_another_job_is_not_mixed_in(self):
         self.farm("--chunk", 4, "--frame-seconds", 3, *self.render, "--out", "frames")
