@@ -26,15 +26,15 @@ async function copied(frame, name) {
     const buffer = new ArrayBuffer(frame.allocationSize());
     const places = await frame.copyTo(buffer);
     const bytesEach = layout.bits > 8 ? 2 : 1;
-    const planes = places.map(({offset, stride}, i) => {
+    const planes = places.slice(0, layout.planes).map(({offset, stride}, i) => {
         const rows = i === 0 || frame.format === "I444" ? height : Math.ceil(height / 2);
         const samples = Math.floor(Math.min(stride * rows, buffer.byteLength - offset) / bytesEach);
         const Samples = bytesEach === 2 ? Uint16Array : Uint8Array;
         const data = new Samples(buffer, offset, samples);
         return {data, stride: stride / bytesEach, bits: layout.bits};
     });
-    return {width, height, planes: frame.format === "NV12" ? [planes[0], ...apart(planes[1], width >> 1, height >> 1)]
-                                                           : planes};
+    return {width, height, isHalved: frame.format !== "I444",
+            planes: frame.format === "NV12" ? [planes[0], ...apart(planes[1], width >> 1, height >> 1)] : planes};
 }
 
 export class TrackDecoder {
@@ -49,7 +49,8 @@ export class TrackDecoder {
             output: frame => {
                 // Copies end in the order they began in.
                 const copy = copied(frame, name).finally(() => frame.close());
-                this.turn = this.turn.then(() => copy).then(picture => onPicture(frame.timestamp, picture), onProblem);
+                this.turn = this.turn.then(() => copy).then(picture => onPicture(frame.timestamp, picture))
+                    .catch(onProblem);
             },
             error: error => onProblem(new StreamError(`${name}: this browser cannot decode it (${error.message})`)),
         });
@@ -63,6 +64,7 @@ export class TrackDecoder {
         throw expectedFound(this.name, "video that this browser decodes", `${this.config.codec} (encode --codec h264)`);
     }
 
+    /// Packets that have not been decoded.
     get waiting() {
         return this.decoder.decodeQueueSize;
     }

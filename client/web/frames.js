@@ -4,8 +4,10 @@ import {expectedFound} from "./bytes.js";
 
 const depthOf = {main: "depth", window: "window-depth"};
 
-/// Frames whose pictures have not all come; older ones are given up.
-const mostPartial = 300;
+/// Frames whose pictures have not all come; older ones are given up. More than recorded.js has on the way.
+const mostPartial = 32;
+/// Packets that wait for a live stream's decoder; more are left out up to the next key frame.
+const mostQueued = 24;
 
 /// Of a picture and its depth, or of a sphere and its window: one place; of the first also one camera.
 const samePose = (a, b) => JSON.stringify(a.pose) === JSON.stringify(b.pose);
@@ -25,6 +27,7 @@ export class FrameMaker {
         this.isLive = isLive;
         this.decoders = new Map();
         this.leftOut = new Set();  // roles whose track cannot be shown
+        this.passed = 0;           // frames that were left out because they came late
         this.number = 0;           // never used again: pictures from before a jump may still come
         this.restart();
     }
@@ -36,6 +39,7 @@ export class FrameMaker {
         this.infos = new Map();
         this.newest = new Map();  // by role: the last index that came
         this.started = new Set();
+        this.whole = [];           // frames that wait for their depth to be unpacked
         this.inTurn = Promise.resolve();
         for (const decoder of this.decoders.values())
             decoder.reset();
@@ -48,13 +52,15 @@ export class FrameMaker {
     }
 
     async decoderOf(role, track) {
-        if (this.decoders.has(role))
-            return this.decoders.get(role);
-        track.isLive = this.isLive;
-        const decoder = new TrackDecoder(`${role} track`, track, (number, picture) => this.decoded(number, picture),
-                                         error => this.failed(role, error));
-        this.decoders.set(role, decoder);
-        await decoder.open();
+        if (!this.decoders.has(role)) {
+            track.isLive = this.isLive;
+            const decoder = new TrackDecoder(`${role} track`, track, (number, picture) => this.decoded(number, picture),
+                                             error => this.failed(role, error));
+            decoder.opening = decoder.open();
+            this.decoders.set(role, decoder);
+        }
+        const decoder = this.decoders.get(role);
+        await decoder.opening;
         return decoder;
     }
 
@@ -71,35 +77,49 @@ export class FrameMaker {
     async push({role, track, key, info, bytes}) {
         if (this.leftOut.has(role) || (!key && !this.started.has(role)))
             return;
+        const {generation} = this;
         let decoder;
         try {
             decoder = await this.decoderOf(role, track);
         } catch (error) {
             return this.failed(role, error);
         }
+        if (generation !== this.generation)
+            return;
+        if (this.isLive && decoder.waiting >= mostQueued) {
+            this.started.delete(role);
+            this.passed += role === "main" ? 1 : 0;
+            return;
+        }
         this.started.add(role);
         const number = ++this.number;
-        this.infos.set(number, {role, info, generation: this.generation});
+        this.infos.set(number, {role, info, generation});
         this.frame(info.index).expected.add(role);
         decoder.push(number, key, bytes);
     }
 
     get waiting() {
-        return this.partial.size;
+        return this.partial.size + this.whole.length;
     }
 
+    /// All that was pushed goes on, unless there is a restart meanwhile.
     async finish() {
+        const {generation} = this;
         await Promise.all([...this.decoders.values()].map(decoder => decoder.finish()));
-        await this.inTurn;
+        if (generation !== this.generation)
+            return;
         this.isFinished = true;
         this.release();
         this.isFinished = false;
+        await this.inTurn;
     }
 
     frame(index) {
         if (!this.partial.has(index)) {
-            if (this.partial.size >= mostPartial)
+            if (this.partial.size >= mostPartial) {
                 this.partial.delete(Math.min(...this.partial.keys()));
+                ++this.passed;
+            }
             this.partial.set(index, {expected: new Set(), pictures: new Map()});
         }
         return this.partial.get(index);
@@ -118,7 +138,9 @@ export class FrameMaker {
                                              `${picture.width}x${picture.height}`).message);
         if (role in depthOf && picture.planes[0].bits !== 8)
             return this.failed(role, expectedFound(`${role} track`, "8 bits a sample (encode --transfer srgb)", "HDR"));
-        this.frame(info.index).pictures.set(role, {info, picture});
+        if (role in depthOf && !picture.isHalved)
+            return this.failed(role, expectedFound(`${role} track`, "colour of half the size (4:2:0)", "4:4:4"));
+        this.partial.get(info.index)?.pictures.set(role, {info, picture});
         this.newest.set(role, info.index);
         this.release();
     }
@@ -137,21 +159,32 @@ export class FrameMaker {
             if (!this.isFinished && !this.isFollowed(index))
                 return;
             this.partial.delete(index);
-            const made = this.generation;
             if (pictures.has("main"))
-                this.inTurn = this.inTurn.then(() => this.make(index, pictures, made)).catch(this.onProblem);
+                this.unpack(index, pictures);
         }
+    }
+
+    /// One frame after the other. Live, the newest takes the place of the one that waits.
+    unpack(index, pictures) {
+        if (this.isLive) {
+            this.passed += this.whole.length;
+            this.whole = [];
+        }
+        this.whole.push({index, pictures});
+        const made = this.generation;
+        this.inTurn = this.inTurn.then(() => this.make(made)).catch(this.onProblem);
     }
 
     /// Whether all tracks have had their packets for this frame: in a container they may lie apart.
     isFollowed(index) {
         return [...this.decoders.keys()].every(role => this.leftOut.has(role) ||
-            this.frame(index).pictures.has(role) || this.newest.get(role) > index);
+            this.partial.get(index).pictures.has(role) || this.newest.get(role) > index);
     }
 
-    async make(index, pictures, made) {
-        if (made !== this.generation)
+    async make(made) {
+        if (made !== this.generation || this.whole.length === 0)
             return;
+        const {index, pictures} = this.whole.shift();
         const frame = {index, info: pictures.get("main").info};
         for (const role of ["main", "window"])
             if (pictures.has(role) && !this.leftOut.has(role))
@@ -188,6 +221,6 @@ export class FrameMaker {
     forget(frame) {
         for (const view of [frame.main, frame.window])
             if (view?.distances)
-                this.helper.ask("forget", {key: view.key});
+                this.helper.ask("forget", {key: view.key}).catch(this.onProblem);
     }
 }

@@ -1,5 +1,5 @@
 // Where the viewer's head is, relative to the head that a frame was made for: turned and moved by mouse, fingers, keys
-// and the device's own turning. As client/view/head_motion.h has it.
+// and the device's own turning. The same rules as client/view/head_motion.h.
 import {aboutAxis, composed, conjugate, multiply, normalized, rotate} from "./poses.js";
 
 const turnPerSecond = 1, metresPerSecond = 0.15, turnPerPixel = 0.0025;

@@ -14,6 +14,12 @@ export class Helper {
             else
                 resolve(data.answer);
         };
+        this.worker.onerror = event => {
+            const problem = new Error(`beside the page: ${event.message ?? "the browser has ended it"}`);
+            for (const {reject} of this.waiting.values())
+                reject(problem);
+            this.waiting.clear();
+        };
     }
 
     ask(order, words, buffers = []) {

@@ -43,6 +43,7 @@ class Page {
         this.live?.close();
         this.live = null;
         this.player?.close();
+        this.shownFrame.clear();
         of("problem").textContent = of("note").textContent = "";
         of("start").hidden = true;
         of("loading").hidden = false;
@@ -84,8 +85,12 @@ class Page {
             if (!answer.ok)
                 throw new StreamError(`${url}: the server answers ${answer.status} ${answer.statusText}`);
             const reader = answer.body.getReader();
-            for (let piece = await reader.read(); !piece.done; piece = await reader.read())
-                yield piece.value;
+            try {
+                for (let piece = await reader.read(); !piece.done; piece = await reader.read())
+                    yield piece.value;
+            } finally {
+                reader.cancel().catch(() => {});
+            }
         });
     }
 
@@ -128,7 +133,8 @@ class Page {
     }
 
     refreshAgain() {
-        requestAnimationFrame(time => this.refresh(time));
+        cancelAnimationFrame(this.nextRefresh);
+        this.nextRefresh = requestAnimationFrame(time => this.refresh(time));
     }
 
     refresh(time) {
@@ -238,7 +244,7 @@ class Page {
 
     listen() {
         const actions = {
-            " ": () => this.player.plays = !this.player.plays,
+            " ": () => this.player.toggle(),
             "c": () => {
                 this.head.centre();
                 this.headset.recentre();
@@ -264,7 +270,8 @@ class Page {
             const needsPlayer = [" ", "Home", ",", ".", "l"].includes(name);
             if (name in actions && (this.player || !needsPlayer)) {
                 event.preventDefault();
-                actions[name]();
+                if (!event.repeat || [",", "."].includes(name))
+                    actions[name]();
             }
         });
         addEventListener("keyup", event => this.head.key(nameOf(event), false));
@@ -294,9 +301,9 @@ class Page {
         if (!player.shown || player.isLive)
             return;
         player.plays = false;
-        const all = player.recording.frames, at = all.indexOf(player.shown.index) + frames;
+        const {frames: all, times, start} = player.recording, at = all.indexOf(player.shown.index) + frames;
         if (at >= 0 && at < all.length)
-            player.seek(player.recording.times.get(all[at]) - player.recording.start);
+            player.seek(times.get(all[at]) - start);
     }
 
     // For programs that drive the page.

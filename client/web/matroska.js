@@ -125,8 +125,8 @@ export class MatroskaReader {
 
     readPacket(content) {
         const number = readNumber(content, 0, 8, true);
-        if (!number || content.length < number.bytes + 3)
-            throw expectedFound("matroska", "a block with its header", `${content.length} bytes`);
+        if (!number || content.length <= number.bytes + 3)
+            throw expectedFound("matroska", "a block with its header and a picture", `${content.length} bytes`);
         if (content[number.bytes + 2] & 6)
             throw expectedFound("matroska", "blocks of one picture", "laces");
         this.onPacket(number.value, content.slice(number.bytes + 3));

@@ -2,7 +2,7 @@
 import {ByteQueue, ByteReader, expectedFound} from "./bytes.js";
 
 /// Headers are small, and a fragment is a group of pictures.
-const largestHeader = 16 << 20, largestFragment = 1 << 30, mostTracks = 127;
+const largestHeader = 16 << 20, largestFragment = 1 << 30, mostTracks = 127, mostSamples = 65536;
 
 /// The boxes of a box's content.
 function* boxesIn(bytes, what) {
@@ -42,8 +42,8 @@ function readTrack(trak) {
     return {id, codec: entry.name, description: find(entry.content.subarray(78), "avcC")};
 }
 
-/// Where the samples of a fragment lie, from the fragment's first byte on.
-function readRuns(traf, track) {
+/// Where the samples of a fragment's track lie, from the fragment's first byte on: at most `most` of them.
+function readRuns(traf, track, most) {
     const header = find(traf, "tfhd");
     if (!header)
         return null;
@@ -56,6 +56,7 @@ function readRuns(traf, track) {
     tfhd.skip(flags & 8 ? 4 : 0);
     const usual = flags & 0x10 ? tfhd.u32() : 0;
     const runs = [];
+    let left = most;
     for (const {name, content} of boxesIn(traf, "mp4 fragment")) {
         if (name !== "trun")
             continue;
@@ -65,11 +66,16 @@ function readRuns(traf, track) {
         trun.skip(has & 4 ? 4 : 0);
         const beside = (has & 0x100 ? 4 : 0) + (has & 0x400 ? 4 : 0) + (has & 0x800 ? 4 : 0);
         const each = beside + (has & 0x200 ? 4 : 0);
-        if (each === 0 ? count > 65536 : count > trun.left / each)
-            throw expectedFound("mp4 run", "as many samples as there are bytes for", `${count}`);
+        if (count > left || (each > 0 && count > trun.left / each))
+            throw expectedFound("mp4 run", `as many samples as there are bytes for, at most ${mostSamples} a fragment`,
+                                `${count}`);
+        left -= count;
         for (let i = 0; i < count; ++i) {
             trun.skip(has & 0x100 ? 4 : 0);
-            run.sizes.push(has & 0x200 ? trun.u32() : usual);
+            const size = has & 0x200 ? trun.u32() : usual;
+            if (size === 0)
+                throw expectedFound("mp4 run", "samples that have bytes", "one of 0 bytes");
+            run.sizes.push(size);
             trun.skip((has & 0x400 ? 4 : 0) + (has & 0x800 ? 4 : 0));
         }
         runs.push(run);
@@ -131,22 +137,27 @@ export class Mp4Reader {
 
     readFragment(moof) {
         const all = [];
+        let left = mostSamples;
         for (const {name, content} of boxesIn(moof, "mp4 fragment")) {
             if (name !== "traf")
                 continue;
             const track = {};
-            for (const run of readRuns(content, track) ?? [])
+            for (const run of readRuns(content, track, left) ?? []) {
                 all.push({...run, id: track.id});
+                left -= run.sizes.length;
+            }
         }
         return all;
     }
 
     readPackets(data, dataOffset) {
         const packets = [];
+        let total = 0;
         for (const {id, offset, sizes} of this.fragment.runs) {
             let at = offset - dataOffset;
             for (const size of sizes) {
-                if (!(at >= 0 && at + size <= data.length))
+                total += size;  // samples that share bytes would take more than came
+                if (!(at >= 0 && at + size <= data.length && total <= data.length))
                     throw expectedFound("mp4 fragment", "samples within its data", `one at ${at} of ${size} bytes`);
                 packets.push({id, at, bytes: data.slice(at, at + size)});
                 at += size;

@@ -26,7 +26,14 @@ export class ShownFrame {
             this.show(frame, view, eyes, false).catch(this.onProblem);
     }
 
+    /// Another stream begins.
+    clear() {
+        this.frame = this.coming = null;
+        this.made = {};
+    }
+
     async show(frame, view, eyes, exact) {
+        this.renderer.checkSizes(frame);
         this.isMaking = true;
         this.coming = frame;
         try {
@@ -35,10 +42,13 @@ export class ShownFrame {
                 const made = this.renderer.missingMesh(frame[role], isNew ? null : this.made[role], view, eyes, exact);
                 return made && {role, made, mesh: await this.helper.ask("mesh", {key: frame[role].key, ...made})};
             }));
+            if (this.coming !== frame)
+                return;
             if (isNew) {
                 this.renderer.setFrame(frame);
                 this.made = {};
                 this.frame = frame;
+                frame.wasShown = true;
             }
             for (const each of meshes.filter(Boolean)) {
                 this.renderer[each.role].setMesh(each.mesh);

@@ -7,17 +7,19 @@ export class Player {
     /// Calls onNote(text) and onProblem(error).
     constructor(helper, name, {isLive, onNote, onProblem}) {
         this.isLive = isLive;
-        this.onProblem = onProblem;
+        // What is still on its way when it is closed is nobody's concern.
+        this.onNote = text => this.isClosed || onNote(text);
+        this.onProblem = error => this.isClosed || onProblem(error);
         this.ready = [];     // frames after the one on show, in order
         this.shown = null;   // nothing for a moment after a jump
         this.left = [];      // frames that were on show
         this.time = 0;       // of the time line, seconds from the first frame
         this.plays = true;
         this.loops = true;
-        this.lateFrames = 0;
+        this.passed = 0;     // frames that went without having been shown
         this.bytes = 0;
         this.maker = new FrameMaker(helper, {
-            isLive, onProblem, onNote,
+            isLive, onProblem: this.onProblem, onNote: this.onNote,
             onFrame: frame => this.came(frame),
         });
         this.recording = isLive ? null : new Recording(this.maker);
@@ -26,9 +28,8 @@ export class Player {
             if (this.recording)
                 this.recording.add(packet);
             else
-                this.packets = this.packets.then(() => this.maker.push(packet)).catch(onProblem);
+                this.packets = this.packets.then(() => this.maker.push(packet)).catch(this.onProblem);
         }, this.maker.leftOut);
-        this.onNote = onNote;
         this.noted = 0;
     }
 
@@ -69,7 +70,16 @@ export class Player {
         // Before a jump's key frame lie frames that are not wanted.
         if (this.recording && frame.index < this.recording.from)
             return this.maker.forget(frame);
+        // A page that is not looked at is not refreshed: a live stream's older frames go at once.
+        if (!this.recording) {
+            this.passed += this.ready.length;
+            this.forgetReady();
+        }
         this.ready.push(frame);
+    }
+
+    get lateFrames() {
+        return this.passed + this.maker.passed;
     }
 
     get length() {
@@ -85,9 +95,8 @@ export class Player {
         const before = this.shown;
         if (this.recording)
             this.advanceRecording(seconds);
-        else
-            while (this.ready.length > 0)
-                this.take();
+        else if (this.ready.length > 0)
+            this.take();
         return this.shown !== before;
     }
 
@@ -101,12 +110,8 @@ export class Player {
         if (!this.shown || !this.plays)
             return;
         this.time += seconds;
-        let passed = 0;
-        while (this.ready.length > 0 && this.timeOf(this.ready[0]) <= this.time + 1e-6) {
+        while (this.ready.length > 0 && this.timeOf(this.ready[0]) <= this.time + 1e-6)
             this.take();
-            ++passed;
-        }
-        this.lateFrames += Math.max(passed - 1, 0);
         const next = this.timeOf(this.shown) + 1 / this.shown.info.framesPerSecond;
         if (this.ready.length > 0 || this.time < next)
             return;
@@ -123,14 +128,29 @@ export class Player {
             this.rewound();
         } else {
             this.plays = false;
+            this.isAtEnd = true;
         }
     }
 
+    /// Plays, or stops. From the end it plays from the start.
+    toggle() {
+        if (this.isAtEnd)
+            this.seek(0);
+        this.plays = !this.plays;
+    }
+
     rewound() {
+        this.isAtEnd = false;
+        this.forgetReady();
+        if (this.shown)
+            this.shown.isSkipped = true;
+        this.leave();
+    }
+
+    forgetReady() {
         for (const frame of this.ready)
             this.maker.forget(frame);
         this.ready = [];
-        this.leave();
     }
 
     leave() {
@@ -146,8 +166,10 @@ export class Player {
 
     /// Frames that are not on show any more go, but for these.
     forgetLeft(kept) {
-        for (const frame of this.left.filter(each => !kept.includes(each)))
+        for (const frame of this.left.filter(each => !kept.includes(each))) {
+            this.passed += frame.wasShown || frame.isSkipped ? 0 : 1;
             this.maker.forget(frame);
+        }
         this.left = this.left.filter(each => kept.includes(each));
     }
 
@@ -157,8 +179,7 @@ export class Player {
         if (!recording || recording.times.size === 0)
             return;
         const wanted = recording.start + Math.min(Math.max(time, 0), this.length);
-        const index = recording.frames.filter(each => recording.times.get(each) <= wanted + 1e-6).pop();
-        recording.rewind(index ?? recording.frames[0]);
+        recording.rewind(recording.frameAt(wanted));
         this.rewound();
     }
 

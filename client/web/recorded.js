@@ -3,11 +3,27 @@
 /// So many frames are decoded ahead of the one on show, and so many may be on their way.
 const framesAhead = 3, framesOnTheWay = 24;
 
+/// How many at the beginning of a sorted list are so.
+function countWhile(list, isSo) {
+    let low = 0, high = list.length;
+    while (low < high) {
+        const middle = (low + high) >> 1;
+        if (isSo(list[middle]))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 export class Recording {
     constructor(maker) {
         this.maker = maker;
         this.packets = new Map();  // by role, in the order they are decoded in
         this.times = new Map();    // of main's frames, by index
+        this.frames = [];          // these indices, ascending
+        this.first = Infinity;     // and last: the earliest and the latest time
+        this.last = -Infinity;
         this.isComplete = false;
         this.rewind(0);
     }
@@ -16,22 +32,29 @@ export class Recording {
         if (!this.packets.has(packet.role))
             this.packets.set(packet.role, []);
         this.packets.get(packet.role).push(packet);
-        if (packet.role === "main")
-            this.times.set(packet.info.index, packet.info.time);
+        const {index, time} = packet.info;
+        if (packet.role !== "main" || this.times.has(index))
+            return;
+        this.times.set(index, time);
+        this.frames.splice(countWhile(this.frames, each => each < index), 0, index);
+        this.first = Math.min(this.first, time);
+        this.last = Math.max(this.last, time);
     }
 
-    get frames() {
-        return [...this.times.keys()].sort((a, b) => a - b);
+    /// The index of the frame on show at a time.
+    frameAt(time) {
+        const count = countWhile(this.frames, each => this.times.get(each) <= time + 1e-6);
+        return this.frames[Math.max(count - 1, 0)];
     }
 
     /// Seconds from the first frame to the end of the last.
     get length() {
         const main = this.packets.get("main") ?? [];
-        return main.length === 0 ? 0 : Math.max(...this.times.values()) - this.start + 1 / main[0].info.framesPerSecond;
+        return main.length === 0 ? 0 : this.last - this.first + 1 / main[0].info.framesPerSecond;
     }
 
     get start() {
-        return this.times.size === 0 ? 0 : Math.min(...this.times.values());
+        return this.times.size === 0 ? 0 : this.first;
     }
 
     /// Goes on from the last key frame at or before a frame.
@@ -75,8 +98,9 @@ export class Recording {
     async feedOne() {
         if (!this.peek("main")) {
             if (this.isComplete && !this.isFinished && this.fed >= 0) {
-                this.isFinished = true;
+                const {generation} = this.maker;
                 await this.maker.finish();
+                this.isFinished = generation === this.maker.generation;
             }
             return false;
         }

@@ -1,4 +1,5 @@
 // Frames into what eyes see: the engine `mesh`, or `rotation` without depth; then the passes `base` and `pushpull`.
+import {expectedFound} from "./bytes.js";
 import {Program, Target, makeTexture} from "./gl.js";
 import {distanceBetween, eyeBlock, eyeBlockFloats, gridBlock, halfAngleOf} from "./eye.js";
 import {conjugate, minus, rotate} from "./poses.js";
@@ -153,6 +154,7 @@ export class Renderer {
     constructor(gl, texts, numbers) {
         this.gl = gl;
         this.numbers = numbers;
+        this.largestSide = gl.getParameter(gl.MAX_TEXTURE_SIZE);
         const screen = (file, ...defines) => new Program(gl, texts, "screen_vertex", file, defines);
         this.programs = {
             decodedColour: screen("decoded_colour"),
@@ -190,6 +192,14 @@ export class Renderer {
         this.hasWindow = Boolean(frame.window);
         if (this.hasWindow)
             this.window.set(frame.window);
+    }
+
+    /// Before a frame is set: whether the card has room for its pictures.
+    checkSizes(frame) {
+        for (const {picture: {width, height}} of [frame.main, frame.window].filter(Boolean))
+            if (Math.max(width, height) > this.largestSide)
+                throw expectedFound("this browser's graphics", `pictures of at most ${this.largestSide} pixels a side`,
+                                    `${width}x${height} (render --size has less)`);
     }
 
     /// What is shown by depth: the window, if there is one, and the sphere.

@@ -26,15 +26,24 @@ export class Headset {
 
     async start() {
         const session = await navigator.xr.requestSession("immersive-vr");
-        await this.gl.makeXRCompatible();
-        session.updateRenderState({baseLayer: new XRWebGLLayer(session, this.gl, {antialias: false, depth: false})});
-        this.space = await session.requestReferenceSpace("local");
-        this.session = session;
-        this.centre = null;
+        let hasEnded = false;
         session.addEventListener("end", () => {
+            hasEnded = true;
             this.session = null;
             this.onEnd();
         });
+        try {
+            await this.gl.makeXRCompatible();
+            session.updateRenderState({baseLayer: new XRWebGLLayer(session, this.gl, {antialias: false, depth: false})});
+            this.space = await session.requestReferenceSpace("local");
+        } catch (error) {
+            session.end().catch(() => {});
+            throw error;
+        }
+        if (hasEnded)
+            return;
+        this.session = session;
+        this.centre = null;
         session.requestAnimationFrame((time, frame) => this.refresh(time, frame));
     }
 
