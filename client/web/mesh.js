@@ -1,5 +1,5 @@
-// The adaptive mesh of a source's depth, by the rules of client/warp/mesh.h: cells as large as keep w = B / (r - B) within a
-// tolerance, cut where w jumps. Points are (q, k): q / k in the source's axes, k = 0 at infinity.
+// The adaptive mesh of a source's depth, by the rules of client/warp/mesh.h: cells as large as keep w = B / (r - B) within
+// a tolerance, cut where w jumps. Points are (q, k): q / k in the source's axes, k = 0 at infinity.
 import {agree_inverse, are_joined, column_over_pole, column_round, row_over_pole} from "./formulas.js";
 import {gridOf} from "./grid.js";
 

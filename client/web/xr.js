@@ -34,7 +34,8 @@ export class Headset {
         });
         try {
             await this.gl.makeXRCompatible();
-            session.updateRenderState({baseLayer: new XRWebGLLayer(session, this.gl, {antialias: false, depth: false})});
+            const baseLayer = new XRWebGLLayer(session, this.gl, {antialias: false, depth: false});
+            session.updateRenderState({baseLayer});
             this.space = await session.requestReferenceSpace("local");
         } catch (error) {
             session.end().catch(() => {});
