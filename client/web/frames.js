@@ -4,10 +4,11 @@ import {expectedFound} from "./bytes.js";
 
 const depthOf = {main: "depth", window: "window-depth"};
 
-/// Frames whose pictures have not all come; older ones are given up. More than recorded.js has on the way.
-const mostPartial = 32;
-/// Packets that wait for a live stream's decoder; more are left out up to the next key frame.
-const mostQueued = 24;
+/// Frames whose pictures have not all come, and of them those that hold some; older ones are given up. Recordings
+/// have fewer on the way (recorded.js).
+const mostPartial = 300, mostHeld = 32;
+/// Packets that wait for a decoder of a live stream; more are left out up to the next key frames.
+const mostQueued = 90;
 
 /// Of a picture and its depth, or of a sphere and its window: one place; of the first also one camera.
 const samePose = (a, b) => JSON.stringify(a.pose) === JSON.stringify(b.pose);
@@ -87,7 +88,7 @@ export class FrameMaker {
         if (generation !== this.generation)
             return;
         if (this.isLive && decoder.waiting >= mostQueued) {
-            this.started.delete(role);
+            this.started.clear();
             this.passed += role === "main" ? 1 : 0;
             return;
         }
@@ -116,13 +117,17 @@ export class FrameMaker {
 
     frame(index) {
         if (!this.partial.has(index)) {
-            if (this.partial.size >= mostPartial) {
-                this.partial.delete(Math.min(...this.partial.keys()));
-                ++this.passed;
-            }
+            if (this.partial.size >= mostPartial)
+                this.giveUp([...this.partial.keys()]);
             this.partial.set(index, {expected: new Set(), pictures: new Map()});
         }
         return this.partial.get(index);
+    }
+
+    /// The oldest of these frames.
+    giveUp(indices) {
+        this.partial.delete(Math.min(...indices));
+        ++this.passed;
     }
 
     decoded(number, picture) {
@@ -141,6 +146,9 @@ export class FrameMaker {
         if (role in depthOf && !picture.isHalved)
             return this.failed(role, expectedFound(`${role} track`, "colour of half the size (4:2:0)", "4:4:4"));
         this.partial.get(info.index)?.pictures.set(role, {info, picture});
+        const held = [...this.partial.keys()].filter(index => this.partial.get(index).pictures.size > 0);
+        if (held.length > mostHeld)
+            this.giveUp(held);
         this.newest.set(role, info.index);
         this.release();
     }

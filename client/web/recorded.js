@@ -100,7 +100,8 @@ export class Recording {
             if (this.isComplete && !this.isFinished && this.fed >= 0) {
                 const {generation} = this.maker;
                 await this.maker.finish();
-                this.isFinished = generation === this.maker.generation;
+                if (generation === this.maker.generation)
+                    this.isFinished = true;
             }
             return false;
         }
