@@ -70,9 +70,14 @@ Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& prog
             *settings_.web, [this](Descriptor end, const std::string& address, std::uint16_t port) {
                 const asio::ip::address peer = asio::ip::make_address(address);
                 asio::post(io_, [this, peer, port, end = std::move(end)]() mutable {
-                    const auto protocol = peer.is_v6() ? asio::ip::tcp::v6() : asio::ip::tcp::v4();
+                    asio::ip::tcp::socket socket(io_);
+                    asio::error_code error;
+                    socket.assign(peer.is_v6() ? asio::ip::tcp::v6() : asio::ip::tcp::v4(), end.number(), error);
+                    if (error)
+                        return;
+                    end.release();
                     if (door_->is_open())
-                        welcome({tcp_wire(asio::ip::tcp::socket(io_, protocol, end.release())), peer, port});
+                        welcome({tcp_wire(std::move(socket)), peer, port});
                 });
             });
 }

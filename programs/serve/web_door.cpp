@@ -14,12 +14,15 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <exception>
 #include <fstream>
 #include <functional>
 #include <future>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -40,8 +43,8 @@ using Error = boost::system::error_code;
 /// appended.
 constexpr std::size_t largest_message = 4096 + 12;
 constexpr std::size_t largest_header = 8192;
-/// Connections that have not become viewers: more are closed at once.
-constexpr int most_asking = 64;
+/// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
+constexpr int most_asking = 64, most_asking_from_one = 16;
 /// No more come in a second: each costs the processor something.
 constexpr std::chrono::milliseconds between_connections{10};
 constexpr std::chrono::seconds last_words{2};
@@ -52,8 +55,8 @@ std::string_view name_of(std::string_view host) {
     return host.substr(0, end == std::string_view::npos ? end : end + (host.starts_with('[') ? 1 : 0));
 }
 
-/// Where only this machine is listened to, nobody may come here by another name: a name of somebody's own, which leads
-/// here, would let that somebody's pages in.
+/// Where only this machine is listened to, nobody may come here by another name. Else a stranger's name that leads here
+/// would let the stranger's pages in.
 bool is_own_name(std::string_view host) {
     const std::string_view name = name_of(host);
     return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
@@ -125,15 +128,48 @@ private:
     bool has_sent_ = false;
 };
 
+/// Who has connected and is no viewer yet.
+class Crowd {
+public:
+    bool has_room_for(const net::ip::address& from) const {
+        const auto same = from_.find(from);
+        return all_ < most_asking && (from.is_loopback() || same == from_.end() || same->second < most_asking_from_one);
+    }
+    void add(const net::ip::address& from) {
+        ++from_[from];
+        ++all_;
+    }
+    void remove(const net::ip::address& from) {
+        --all_;
+        if (const auto same = from_.find(from); --same->second == 0)
+            from_.erase(same);
+    }
+
+private:
+    int all_ = 0;
+    std::map<net::ip::address, int> from_;
+};
+
+/// IPv4 addresses that IPv6 sockets see are IPv4 addresses; of IPv6 a network of 64 bits counts as one.
+net::ip::address counted_address(const net::ip::address& address) {
+    if (address.is_v4() || address.is_loopback())
+        return address;
+    if (address.to_v6().is_v4_mapped())
+        return net::ip::make_address_v4(net::ip::v4_mapped, address.to_v6());
+    auto bytes = address.to_v6().to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), std::uint8_t(0));
+    return net::ip::address_v6(bytes);
+}
+
 }  // namespace
 
 struct WebDoor::Parts {
     WebSettings settings;
     Welcome welcome;
+    Crowd asking;  // handlers that go with `io` use it
     net::io_context io{1};
     tcp::acceptor acceptor{io};
     net::steady_timer pause{io};
-    int asking = 0;
     bool this_machine_alone = true;
     std::thread thread;
     std::promise<void> has_ended;
@@ -153,12 +189,13 @@ class Asking : public std::enable_shared_from_this<Asking> {
 public:
     using Upgrade = std::function<void(websocket::stream<beast::tcp_stream>, http::request<http::empty_body>)>;
 
-    Asking(tcp::socket socket, const WebSettings& settings, bool this_machine_alone, int& asking, Upgrade upgrade)
-        : stream_(std::move(socket)), settings_(settings), this_machine_alone_(this_machine_alone), asking_(asking),
-          upgrade_(std::move(upgrade)) {
-        ++asking_;
+    Asking(tcp::socket socket, const WebSettings& settings, bool this_machine_alone, const net::ip::address& from,
+           Crowd& asking, Upgrade upgrade)
+        : stream_(std::move(socket)), settings_(settings), this_machine_alone_(this_machine_alone), from_(from),
+          asking_(asking), upgrade_(std::move(upgrade)) {
+        asking_.add(from_);
     }
-    ~Asking() { --asking_; }
+    ~Asking() { asking_.remove(from_); }
 
     void read() {
         parser_.emplace();
@@ -237,7 +274,8 @@ private:
     beast::tcp_stream stream_;
     const WebSettings& settings_;
     bool this_machine_alone_;
-    int& asking_;
+    net::ip::address from_;
+    Crowd& asking_;
     Upgrade upgrade_;
     beast::flat_buffer buffer_{largest_header};
     std::optional<http::request_parser<http::empty_body>> parser_;
@@ -277,14 +315,15 @@ void WebDoor::Parts::accept() {
         });
         Error gone;
         const tcp::endpoint peer = error ? tcp::endpoint() : socket.remote_endpoint(gone);
-        if (error || gone || asking >= most_asking)
+        const net::ip::address from = counted_address(peer.address());
+        if (error || gone || !asking.has_room_for(from))
             return;
         socket.set_option(tcp::no_delay(true), gone);
         const auto upgrade = [this, peer](websocket::stream<beast::tcp_stream> browser,
                                           http::request<http::empty_body> request) {
             let_in(std::move(browser), std::move(request), peer);
         };
-        std::make_shared<Asking>(std::move(socket), settings, this_machine_alone, asking, upgrade)->read();
+        std::make_shared<Asking>(std::move(socket), settings, this_machine_alone, from, asking, upgrade)->read();
     });
 }
 
@@ -300,9 +339,15 @@ void WebDoor::Parts::let_in(websocket::stream<beast::tcp_stream> browser, http::
         std::array<int, 2> ends{};
         if (failed || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
             return;
-        net::local::stream_protocol::socket own(io, net::local::stream_protocol(), ends[0]);
+        Descriptor own_end(ends[0]), server_end(ends[1]);
+        net::local::stream_protocol::socket own(io);
+        Error error;
+        own.assign(net::local::stream_protocol(), own_end.number(), error);
+        if (error)
+            return;
+        own_end.release();
         std::make_shared<Bridge>(std::move(*opening), std::move(own))->start();
-        welcome(Descriptor(ends[1]), peer.address().to_string(), peer.port());
+        welcome(std::move(server_end), peer.address().to_string(), peer.port());
     });
 }
 
@@ -314,10 +359,25 @@ WebDoor::WebDoor(WebSettings settings, Welcome welcome)
     url_ = "http://" + (at.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(at.port()) + "/";
 }
 
+namespace {
+
+/// An exception, of memory for example, ends the connection whose handler throws it. The others go on.
+void run(net::io_context& io) {
+    for (;;) {
+        try {
+            io.run();
+            return;
+        } catch (const std::exception&) {
+        }
+    }
+}
+
+}  // namespace
+
 void WebDoor::start() {
     parts_->accept();
     parts_->thread = std::thread([parts = parts_.get()] {
-        parts->io.run();
+        run(parts->io);
         parts->has_ended.set_value();
     });
 }

@@ -28,6 +28,7 @@ public:
     Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
     Descriptor& operator=(Descriptor&&) = delete;
     ~Descriptor();
+    int number() const { return number_; }
     int release() { return std::exchange(number_, -1); }
 
 private:
