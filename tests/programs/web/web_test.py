@@ -8,7 +8,9 @@ import http.client
 import json
 import math
 import pathlib
+import random
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -225,6 +227,85 @@ class Streams(Web):
             })()""" % json.dumps(file.name))
             self.assertEqual(tried["others"], [])
             self.assertGreater(tried["packets"], 0)
+
+    def test_damaged_files_end_in_a_line_on_the_page(self):
+        for file in (self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1),
+                     self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1)):
+            whole = file.read_bytes()
+            changed = random.Random(1)
+            for trial in range(8):
+                damaged = bytearray(whole[:len(whole) // (1 + trial % 2)])
+                for _ in range(4 * trial):
+                    damaged[changed.randrange(len(damaged))] = changed.randrange(256)
+                (self.root / f"damaged{file.suffix}").write_bytes(damaged)
+                self.open(f"src=damaged{file.suffix}")
+                self.browser.wait_for("document.getElementById('problem').textContent || equistream.times.firstPicture")
+                self.assertEqual(self.browser.console, [], f"trial {trial} of {file.name}: {self.said()}")
+                self.assertNotIn("\n", self.said())
+
+    def test_samples_without_bytes_are_refused(self):
+        damaged = bytearray(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes())
+        run = damaged.index(b"trun") + 4
+        flags, = struct.unpack_from(">I", damaged, run)
+        self.assertTrue(flags & 0x200)
+        at = run + 8 + 4 * bool(flags & 1) + 4 * bool(flags & 4) + 4 * bool(flags & 0x100)
+        struct.pack_into(">I", damaged, at, 0)
+        (self.root / "empty.mp4").write_bytes(damaged)
+        self.assertIn("expected samples that have bytes", self.problem_of("src=empty.mp4"))
+
+    def test_every_lap_has_all_frames(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.browser.evaluate("""(() => {
+            const {player} = equistream, take = player.take;
+            player.seek(0);
+            globalThis.taken = [];
+            player.take = function () {
+                take.call(this);
+                taken.push(this.shown.index);
+            };
+        })()""")
+        self.browser.wait_for(f"taken.length >= {3 * FRAMES}")
+        self.assertEqual(self.browser.evaluate(f"taken.slice(0, {3 * FRAMES})"), 3 * list(range(FRAMES)))
+
+    def test_without_laps_it_stays_at_the_end_and_plays_again(self):
+        file = self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1)
+        self.open(f"src={file.name}&loop=0")
+        self.browser.wait_for("equistream.player.isAtEnd")
+        self.assertFalse(self.browser.evaluate("equistream.player.plays"))
+        self.browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', {key: ' '}))")
+        self.browser.wait_for("equistream.player.plays && equistream.player.time < 2 / 30 || equistream.player.isAtEnd")
+        self.browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', {key: ' ', repeat: true}))")
+        self.browser.wait_for("equistream.player.isAtEnd")
+
+    def test_a_live_stream_that_nobody_looks_at_keeps_its_newest_frame_alone(self):
+        file = self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1)
+        self.open_stream(file)
+        unseen = self.browser.evaluate("""(async () => {
+            const whole = new Uint8Array(await (await fetch(%s)).arrayBuffer());
+            const problems = [];
+            const player = new equistream.player.constructor(equistream.helper, "live", {
+                isLive: true, onNote: text => problems.push(text), onProblem: error => problems.push(error.message)});
+            player.push(whole);
+            player.end();
+            while (problems.length === 0 && player.ready[0]?.index !== %d)
+                await new Promise(resolve => setTimeout(resolve, 5));
+            return {problems, ready: player.ready.length, passed: player.lateFrames};
+        })()""" % (json.dumps(file.name), FRAMES - 1))
+        self.assertEqual(unseen, {"problems": [], "ready": 1, "passed": FRAMES - 1})
+
+    def test_the_page_connects_to_its_own_host_alone(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        for script in ("fetch('http://127.0.0.2:9/').then(() => 'let through', error => String(blocked))",
+                       "new Promise(resolve => new WebSocket('ws://127.0.0.2:9/').onerror = () => resolve(String(blocked)))"):
+            self.assertEqual("connect-src", self.browser.evaluate("""(async () => {
+                globalThis.blocked = null;
+                addEventListener("securitypolicyviolation", event => blocked = event.effectiveDirective);
+                try {
+                    await %s;
+                } catch {}
+                await new Promise(resolve => setTimeout(resolve, 100));
+                return String(blocked);
+            })()""" % script))
 
 
 # A headset that does what a script says: globalThis.headset has its head and where its eyes are.
