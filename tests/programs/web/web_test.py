@@ -287,7 +287,7 @@ class Streams(Web):
                 isLive: true, onNote: text => problems.push(text), onProblem: error => problems.push(error.message)});
             player.push(whole);
             player.end();
-            while (problems.length === 0 && player.ready[0]?.index !== %d)
+            for (let i = 0; i < 6000 && problems.length === 0 && player.ready[0]?.index !== %d; ++i)
                 await new Promise(resolve => setTimeout(resolve, 5));
             return {problems, ready: player.ready.length, passed: player.lateFrames};
         })()""" % (json.dumps(file.name), FRAMES - 1))
