@@ -17,9 +17,6 @@ namespace {
 /// Until the next try where the system had no room for a connection.
 constexpr std::chrono::milliseconds before_retry{100};
 
-/// Where more come than are let in a second.
-constexpr std::chrono::milliseconds between_connections{10};
-
 /// Those that have not shown yet that they know the secret: how many at a time, and for how long.
 constexpr std::ptrdiff_t most_arriving = 64, most_arriving_from_one = 16;
 constexpr std::chrono::seconds arriving_patience{10};
@@ -97,22 +94,15 @@ void Server::accept() {
             return accept_after(before_retry);
         }
         welcome(std::move(guest));
-        accept_in_time();
-    });
-}
-
-void Server::accept_in_time() {
-    if (connections_.allows(Clock::now()))
         accept();
-    else
-        accept_after(between_connections);
+    });
 }
 
 void Server::accept_after(Clock::duration pause) {
     pause_.expires_after(pause);
     pause_.async_wait([this](const asio::error_code& cancelled) {
         if (!cancelled && door_->is_open())
-            accept_in_time();
+            accept();
     });
 }
 

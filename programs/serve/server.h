@@ -88,7 +88,6 @@ public:
 
 private:
     void accept();
-    void accept_in_time();
     void accept_after(Clock::duration pause);
     void welcome(Door::Guest guest);
     struct Arrival;
@@ -113,9 +112,8 @@ private:
     ServerFigures figures_;
     std::map<int, Seat> viewers_;
     std::set<std::shared_ptr<Arrival>> arrivals_;  ///< not agreed with yet
-    RateLimit connections_{100, 500};  ///< what strangers may take of the processor; more wait in the system
-    RateLimit lines_{20, 2};           ///< of the log
-    std::unique_ptr<WebDoor> web_;     ///< null: browsers do not come
+    RateLimit lines_{20, 2};                       ///< of the log
+    std::unique_ptr<WebDoor> web_;                 ///< null: browsers do not come
 };
 
 }  // namespace equistream::serve

@@ -1,4 +1,4 @@
-/// Addresses that a server listens to, those that it counts viewers by, and how many it lets in a second.
+/// Addresses that a server listens to, those that it counts viewers by, and how often strangers may do a thing.
 #include <programs/serve/server.h>
 
 #include <gtest/gtest.h>
