@@ -38,9 +38,6 @@ export class ByteReader {
     u16() {
         return this.view.getUint16(this.skip(2), this.little);
     }
-    u24() {
-        return (this.u8() << 16) | this.u16();
-    }
     u32() {
         return this.view.getUint32(this.skip(4), this.little);
     }

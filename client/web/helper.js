@@ -22,11 +22,11 @@ export class Helper {
         };
     }
 
-    ask(order, words, buffers = []) {
+    ask(order, words) {
         const number = ++this.number;
         return new Promise((resolve, reject) => {
             this.waiting.set(number, {resolve, reject});
-            this.worker.postMessage({number, order, ...words}, buffers);
+            this.worker.postMessage({number, order, ...words});
         });
     }
 }

@@ -15,7 +15,6 @@
 namespace equistream::render_command {
 namespace {
 
-constexpr std::uint32_t max_parts = 65536;
 const std::vector<std::string> sample_spreads = {"even", "angle"};
 
 /// As typed; what is not a plain number is read by checked().
@@ -104,7 +103,8 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
 FramePart parse_part(const std::string& text) {
     const auto read = [](std::string_view word, std::uint32_t& value) {
         const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
-        return result.ec == std::errc() && result.ptr == word.data() + word.size() && value >= 1 && value <= max_parts;
+        return result.ec == std::errc() && result.ptr == word.data() + word.size() && value >= 1 &&
+               value <= max_frame_parts;
     };
     const std::string_view words = text;
     const std::size_t slash = words.find('/');
@@ -112,7 +112,8 @@ FramePart parse_part(const std::string& text) {
     const bool good = slash != words.npos && read(words.substr(slash + 1), part.count) &&
                       (words.substr(0, slash) == "all" || read(words.substr(0, slash), part.number)) &&
                       part.number <= part.count;
-    cli::require(good, "--part", "K/N or all/N, K from 1 to N, N up to " + std::to_string(max_parts), "'" + text + "'");
+    cli::require(good, "--part", "K/N or all/N, K from 1 to N, N up to " + std::to_string(max_frame_parts),
+                 "'" + text + "'");
     return part;
 }
 

@@ -3,6 +3,7 @@
 #include <equistream/aov_groups.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
+#include <equistream/frame_part.h>
 #include <equistream/text.h>
 
 #include <cstring>
@@ -13,7 +14,6 @@ namespace {
 constexpr std::uint32_t max_samples = 1u << 20;
 constexpr std::uint32_t max_threads = 4096;
 constexpr std::uint32_t max_accumulated_frames = 1000;
-constexpr std::uint32_t max_parts = 65536;
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -229,7 +229,7 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
                 (s.accumulate_frames == 0 && !info.patches && std::holds_alternative<EquirectCamera>(info.camera)),
             "samples_by_angle", "0 in flat views, in an atlas of patches and where frames are accumulated",
             std::to_string(s.samples_by_angle));
-    require(s.part_count <= max_parts, "part_count", "at most " + std::to_string(max_parts),
+    require(s.part_count <= max_frame_parts, "part_count", "at most " + std::to_string(max_frame_parts),
             std::to_string(s.part_count));
     require(s.part <= s.part_count, "part", "at most part_count, " + std::to_string(s.part_count),
             std::to_string(s.part));

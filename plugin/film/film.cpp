@@ -16,10 +16,6 @@ bool is_guide(const std::string& name) {
     return std::find(std::begin(guide_names), std::end(guide_names), name) != std::end(guide_names);
 }
 
-constexpr std::size_t reference_channels = 4;
-/// The first half of a tile's passes, and the second: every other sample of the sequence lies in one side of its pixel.
-constexpr std::uint32_t reference_halves = 2;
-
 bool is_finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
 }

@@ -44,6 +44,11 @@ struct FilmSettings {
     FramePart part{};             ///< whose tiles are handed out; with part 0 of several: none
 };
 
+/// Of the sums of references.
+inline constexpr std::size_t reference_channels = 4;
+/// The first half of a tile's passes, and the second: every other sample of the sequence lies in one side of its pixel.
+inline constexpr std::uint32_t reference_halves = 2;
+
 /// Tiles of a part, by their numbers: `first`, `first + step` and so on. Of none of several: all.
 struct TileShare {
     std::uint32_t first, step;

@@ -20,8 +20,8 @@ void Film::each_piece(const TileShare& share, const std::function<void(std::span
     for (std::uint32_t id = share.first; id < all_tiles(); id += share.step) {
         const es_tile of = tile(id);
         if (is_reference(id)) {
-            for (std::uint32_t half = 0; half < 2; ++half)
-                take(bytes_of(reference_sum(of, half), std::size_t{of.pixel_count} * 4));
+            for (std::uint32_t half = 0; half < reference_halves; ++half)
+                take(bytes_of(reference_sum(of, half), of.pixel_count * reference_channels));
             continue;
         }
         const auto take_rows = [&](auto& image) {

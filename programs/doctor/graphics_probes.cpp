@@ -1,12 +1,10 @@
 #include "probes.h"
 
 #include <client/gpu/context.h>
+#include <client/view/xr/xr_names.h>
 
 #include <equistream/error.h>
 #include <equistream/text.h>
-
-#include <openxr/openxr.h>
-#include <openxr/openxr_reflection.h>
 
 #include <X11/Xlib.h>
 
@@ -22,17 +20,6 @@ namespace equistream::doctor {
 namespace {
 
 constexpr const char* opengl_extension = "XR_KHR_opengl_enable";
-
-std::string name_of(XrResult result) {
-    switch (result) {
-#define EQUISTREAM_XR_NAME(name, value)                                                                                \
-    case name:                                                                                                         \
-        return #name;
-        XR_LIST_ENUM_XrResult(EQUISTREAM_XR_NAME)
-#undef EQUISTREAM_XR_NAME
-    }
-    return std::to_string(int(result));
-}
 
 struct Instance {
     XrInstance handle = XR_NULL_HANDLE;
@@ -82,7 +69,7 @@ Finding probe_headset() {
     if (result == XR_ERROR_EXTENSION_NOT_PRESENT)
         return {State::missing, "an OpenXR runtime that OpenGL cannot draw for", "", {}};
     if (XR_FAILED(result))
-        return {State::missing, "no OpenXR runtime answers: " + name_of(result), "", {}};
+        return {State::missing, "no OpenXR runtime answers: " + xr::name_of(result), "", {}};
     XrInstanceProperties runtime{};
     runtime.type = XR_TYPE_INSTANCE_PROPERTIES;
     xrGetInstanceProperties(instance.handle, &runtime);
@@ -94,7 +81,7 @@ Finding probe_headset() {
     const XrResult found = xrGetSystem(instance.handle, &system, &id);
     if (XR_FAILED(found))
         return {State::missing,
-                "the OpenXR runtime " + name + ", but no headset: " + name_of(found),
+                "the OpenXR runtime " + name + ", but no headset: " + xr::name_of(found),
                 "connect the headset, and start its runtime",
                 {{"runtime", name}}};
     return Finding::ok("a headset by the OpenXR runtime " + name, {{"runtime", name}});

@@ -99,7 +99,7 @@ void show_manual(const std::string& page) {
 
 /// `words`: what stands after help, a command and perhaps a subcommand or options that choose another help.
 int help(std::vector<std::string> words) {
-    const bool is_read = isatty(STDOUT_FILENO) == 1;  // a pager waits for somebody
+    const bool is_read = isatty(STDOUT_FILENO) == 1;  // a pager waits for keys
     if (words.empty()) {
         if (is_read)
             show_manual("equistream");

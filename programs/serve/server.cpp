@@ -61,7 +61,7 @@ struct Server::Arrival {
 };
 
 Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings)
-    : io_(io), door_(std::move(door)), pause_(io), programme_(programme), settings_(settings) {
+    : io_(io), door_(std::move(door)), retry_(io), programme_(programme), settings_(settings) {
     if (settings_.web)
         web_ = std::make_unique<WebDoor>(
             *settings_.web, [this](Descriptor end, const std::string& address, std::uint16_t port) {
@@ -89,18 +89,17 @@ void Server::accept() {
     door_->accept([this](const asio::error_code& error, Door::Guest guest) {
         if (!door_->is_open())
             return;
-        if (error) {
-            tell({"could not be let in", 0, "an address unknown", 0, error.message()});
-            return accept_after(before_retry);
-        }
+        if (error)
+            return retry_later(error);
         welcome(std::move(guest));
         accept();
     });
 }
 
-void Server::accept_after(Clock::duration pause) {
-    pause_.expires_after(pause);
-    pause_.async_wait([this](const asio::error_code& cancelled) {
+void Server::retry_later(const asio::error_code& error) {
+    tell({"could not be let in", 0, "an address unknown", 0, error.message()});
+    retry_.expires_after(before_retry);
+    retry_.async_wait([this](const asio::error_code& cancelled) {
         if (!cancelled && door_->is_open())
             accept();
     });
@@ -189,14 +188,14 @@ void Server::tell(const ViewerEvent& event) {
     log_event(settings_.log, told);
 }
 
-bool RateLimit::allows(Clock::time_point now) {
+bool LineLimit::allows(Clock::time_point now) {
     const double since_s = std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-    left_ = std::min(at_once_, left_ + a_second_ * since_s);
-    if (left_ < 1) {
+    lines_ = std::min(at_once, lines_ + a_second * since_s);
+    if (lines_ < 1) {
         ++left_out_;
         return false;
     }
-    left_ -= 1;
+    lines_ -= 1;
     return true;
 }
 
@@ -211,7 +210,7 @@ void Server::stop_accepting() {
     door_->close();
     if (web_)
         web_->stop_accepting();
-    pause_.cancel();
+    retry_.cancel();
 }
 
 void Server::stop() {

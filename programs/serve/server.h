@@ -33,17 +33,17 @@ void log_event(cli::ProgressStyle style, const ViewerEvent& event);
 /// What else there is to tell.
 void log_note(cli::ProgressStyle style, const std::string& text);
 
-/// How often strangers may have something done: so many times at once, and then so many a second.
-class RateLimit {
+/// How many lines strangers may fill a log with: some at once, and then so many a second.
+class LineLimit {
 public:
-    RateLimit(double at_once, double a_second) : at_once_(at_once), a_second_(a_second), left_(at_once) {}
-
     bool allows(Clock::time_point now);
-    /// How often it did not allow it since this was last asked.
+    /// Lines that were not allowed since this was last asked.
     std::int64_t take_left_out() { return std::exchange(left_out_, 0); }
 
 private:
-    double at_once_, a_second_, left_;
+    static constexpr double at_once = 20, a_second = 2;
+
+    double lines_ = at_once;
     Clock::time_point last_{};
     std::int64_t left_out_ = 0;
 };
@@ -88,7 +88,7 @@ public:
 
 private:
     void accept();
-    void accept_after(Clock::duration pause);
+    void retry_later(const asio::error_code& error);
     void welcome(Door::Guest guest);
     struct Arrival;
     void arrive(const std::shared_ptr<Arrival>& arrival);
@@ -106,14 +106,14 @@ private:
 
     asio::io_context& io_;
     std::unique_ptr<Door> door_;
-    asio::steady_timer pause_;
+    asio::steady_timer retry_;
     Programme& programme_;
     ServerSettings settings_;
     ServerFigures figures_;
     std::map<int, Seat> viewers_;
     std::set<std::shared_ptr<Arrival>> arrivals_;  ///< not agreed with yet
-    RateLimit lines_{20, 2};                       ///< of the log
-    std::unique_ptr<WebDoor> web_;                 ///< null: browsers do not come
+    LineLimit lines_;
+    std::unique_ptr<WebDoor> web_;  ///< null: browsers do not come
 };
 
 }  // namespace equistream::serve

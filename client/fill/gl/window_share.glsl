@@ -1,4 +1,4 @@
-// What the picture of a window counts near the window's border, as WindowBorder of base_pass.cpp has it.
+// What the picture of a window counts near the window's border; WindowBorder of base_pass.cpp does the same.
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 

@@ -9,17 +9,6 @@
 
 namespace equistream::xr {
 
-std::string name_of(XrResult result) {
-    switch (result) {
-#define EQUISTREAM_XR_NAME(name, value)                                                                                \
-    case name:                                                                                                         \
-        return #name;
-        XR_LIST_ENUM_XrResult(EQUISTREAM_XR_NAME)
-#undef EQUISTREAM_XR_NAME
-    }
-    return std::to_string(int(result));
-}
-
 void check(XrResult result, const char* call) {
     if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST || result == XR_SESSION_LOSS_PENDING)
         throw WorkError(lost);

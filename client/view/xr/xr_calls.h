@@ -10,7 +10,8 @@
 #include <epoxy/glx.h>
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
-#include <openxr/openxr_reflection.h>
+
+#include "xr_names.h"
 
 #include <client/gpu/objects.h>
 #include <equistream/camera.h>
@@ -33,8 +34,6 @@ Struct made(XrStructureType type) {
     return blank;
 }
 
-/// "XR_ERROR_...".
-std::string name_of(XrResult result);
 /// Throws WorkError naming the call; of a session or a runtime that was lost it says that.
 void check(XrResult result, const char* call);
 

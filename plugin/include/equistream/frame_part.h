@@ -4,6 +4,9 @@
 
 namespace equistream {
 
+/// How many parts a frame may have.
+inline constexpr std::uint32_t max_frame_parts = 65536;
+
 /// Which tiles of every frame are a program's own: tiles `number`, `number + count` and so on, counted from 1.
 struct FramePart {
     std::uint32_t number = 0;  ///< from 1; 0: none of them, frames are put together from all

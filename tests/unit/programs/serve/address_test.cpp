@@ -1,4 +1,4 @@
-/// Addresses that a server listens to, those that it counts viewers by, and how often strangers may do a thing.
+/// Addresses that a server listens to, those that it counts viewers by, and how many lines they may fill.
 #include <programs/serve/server.h>
 
 #include <gtest/gtest.h>
@@ -28,8 +28,8 @@ TEST(ServerAddress, IsReadAsItIsWritten) {
     }
 }
 
-TEST(RateLimits, AllowSoManyAtOnceAndThenSoManyASecond) {
-    RateLimit limit(3, 2);
+TEST(LogLines, AreSoManyAtOnceAndThenSoManyASecond) {
+    LineLimit limit;
     const Clock::time_point start = Clock::now();
     const auto allowed = [&](double after_s, int asked) {
         int count = 0;
@@ -38,12 +38,12 @@ TEST(RateLimits, AllowSoManyAtOnceAndThenSoManyASecond) {
                                   std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(after_s)));
         return count;
     };
-    EXPECT_EQ(allowed(0, 10), 3);
-    EXPECT_EQ(limit.take_left_out(), 7);
+    EXPECT_EQ(allowed(0, 30), 20);
+    EXPECT_EQ(limit.take_left_out(), 10);
     EXPECT_EQ(allowed(0.4, 10), 0);
     EXPECT_EQ(allowed(0.6, 10), 1);
-    EXPECT_EQ(allowed(100, 10), 3);
-    EXPECT_EQ(limit.take_left_out(), 26);
+    EXPECT_EQ(allowed(100, 30), 20);
+    EXPECT_EQ(limit.take_left_out(), 29);
     EXPECT_EQ(limit.take_left_out(), 0);
 }
 
