@@ -50,6 +50,11 @@ bool is_server(const std::string& name) {
     return is_url(name) && !name.starts_with("pipe:");
 }
 
+bool says_frame_rates(const AVFormatContext& format) {
+    return std::ranges::all_of(std::span(format.streams, format.nb_streams),
+                               [](const AVStream* stream) { return stream->avg_frame_rate.num > 0; });
+}
+
 /// Containers round their times, some to milliseconds.
 constexpr double same_time_s = 0.002;
 /// Tracks are interleaved only roughly: by a group of pictures of each where an mp4 is in fragments.
@@ -231,6 +236,9 @@ void Source::open(const std::string& name) {
     // The header says what tracks are. Of a server's tiles few come, and libav would wait for the others.
     if (url && has_tiles(*format_))
         format_->max_analyze_duration = longest_analysis_us;
+    // Nor does libav need times of decoding, for which it reads eight pictures of each track: seconds of a slow server.
+    if (url && says_frame_rates(*format_))
+        format_->max_ts_probe = 0;
     StreamOptions stream_options(*format_);
     begin_waiting();
     avformat_find_stream_info(format_.get(), stream_options.data());

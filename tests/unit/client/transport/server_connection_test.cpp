@@ -68,6 +68,31 @@ TEST(ServerConnections, AServerThatDoesNotAnswerIsGivenUp) {
               server.address() + ": the server did not answer for 0.3 s");
 }
 
+/// A live server that has rendered one sphere shows it: libav alone would read eight of them first.
+TEST(ServerConnections, TheFirstPictureOfALiveStreamIsShownAsItComes) {
+    std::string bytes;
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 192, 96}};
+    settings.live = true;
+    StreamWriter writer("live.mkv", settings, StreamTap{[&](std::span<const std::uint8_t> more) {
+                            bytes.append(reinterpret_cast<const char*>(more.data()), more.size());
+                        }});
+    writer.begin_group();
+    writer.write(TrackRole::main, synthetic::picture(192, 96, 3).view(), synthetic::info(192, 96, 3));
+    writer.flush();
+    SilentServer server;
+    std::thread sends([&] { server.send(bytes); });
+    ServerConnection connection(server.address(), nullptr, {}, impatient);
+    StreamReadOptions options;
+    options.read = [&](std::span<std::uint8_t> wanted) { return connection.read(wanted); };
+    StreamReader reader(server.address(), options);
+    const auto picture = reader.next();
+    ASSERT_TRUE(picture && picture->info);
+    EXPECT_EQ(picture->info->index, 3);
+    sends.join();
+}
+
 TEST(ServerConnections, AServerThatSaysNothingIsGivenUp) {
     SilentServer server;
     PoseSender poses;
