@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
+#include <fstream>
 #include <limits>
 #include <utility>
 
@@ -30,6 +33,10 @@ std::optional<double> parsed_within(std::string_view text, double low, double hi
 }
 
 constexpr double longest_ms = 60000, longest_s = 86400;
+/// Of times in a trace.
+constexpr double farthest_s = 1e10;
+/// Times in a trace are a frame's within that.
+constexpr double same_frame_s = 1e-4;
 
 struct Key {
     std::string_view name, value, expected, help;
@@ -59,7 +66,37 @@ bool set_ms(std::string_view text, NetworkConditions& conditions) {
     return ms.has_value();
 }
 
-const std::array<Key, 7> keys = {{
+/// Throws InputError naming file and line.
+std::vector<TracedArrival> read_trace(const std::string& file) {
+    std::ifstream in(file);
+    if (!in)
+        throw InputError(expected_found(file, "a trace of arrivals (CSV) that can be read", std::strerror(errno)));
+    std::vector<TracedArrival> trace;
+    std::string line;
+    std::getline(in, line);
+    if (trimmed(line) != "time_s,arrival_s")
+        throw InputError(expected_found(file + ", line 1", "time_s,arrival_s", "'" + line.substr(0, 80) + "'"));
+    for (std::size_t number = 2; std::getline(in, line); ++number) {
+        if (trimmed(line).empty())
+            continue;
+        const auto fields = split_at_commas(line);
+        const auto seconds = [&](std::size_t i) {
+            return i < fields.size() ? parsed_within(trimmed(fields[i]), -farthest_s, farthest_s) : std::nullopt;
+        };
+        const auto sent_s = seconds(0), arrival_s = seconds(1);
+        if (fields.size() != 2 || !sent_s || !arrival_s || (!trace.empty() && *sent_s <= trace.back().sent_s))
+            throw InputError(
+                expected_found(file + ", line " + std::to_string(number),
+                               "a frame's time, later than the one before, and when it arrived, in seconds",
+                               "'" + line.substr(0, 80) + "'"));
+        trace.push_back({*sent_s, *arrival_s});
+    }
+    if (trace.empty())
+        throw InputError(expected_found(file, "one arrival at least", "none"));
+    return trace;
+}
+
+const std::array<Key, 8> keys = {{
     {"delay", "MS", "milliseconds from 0 to 60000", "every packet takes so long", false,
      set_ms<&NetworkConditions::delay_s>},
     {"jitter", "MS", "milliseconds from 0 to 60000", "and up to so much longer, at random", false,
@@ -89,6 +126,12 @@ const std::array<Key, 7> keys = {{
      [](std::string_view text, NetworkConditions& conditions) {
          const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), conditions.seed);
          return error == std::errc() && end == text.data() + text.size();
+     }},
+    {"trace", "FILE", "a file", "instead: CSV with time_s,arrival_s of each frame, as a real network delivered them",
+     false,
+     [](std::string_view text, NetworkConditions& conditions) {
+         conditions.trace = read_trace(std::string(text));
+         return true;
      }},
 }};
 
@@ -133,7 +176,17 @@ int DeliverySimulator::max_losses(std::int64_t packets) const {
     return most;
 }
 
+/// Nothing: it is not in the trace.
+std::optional<double> DeliverySimulator::traced(double sent_s) const {
+    const auto found = std::ranges::lower_bound(conditions_.trace, sent_s - same_frame_s, {}, &TracedArrival::sent_s);
+    if (found == conditions_.trace.end() || found->sent_s > sent_s + same_frame_s)
+        return std::nullopt;
+    return found->arrival_s;
+}
+
 std::optional<double> DeliverySimulator::send(double sent_s, std::int64_t bytes) {
+    if (!conditions_.trace.empty())
+        return traced(sent_s);
     const std::int64_t packets = std::max<std::int64_t>(1, (bytes + packet_bytes - 1) / packet_bytes);
     const double sending_s = conditions_.bandwidth_bps > 0 ? double(bytes) * 8 / conditions_.bandwidth_bps : 0;
     link_free_s_ = leaves_s(std::max(sent_s, link_free_s_), sending_s);
@@ -148,6 +201,13 @@ std::optional<double> DeliverySimulator::send(double sent_s, std::int64_t bytes)
 }
 
 double DeliverySimulator::earliest_arrival_s(double sent_s) const {
+    if (!conditions_.trace.empty()) {
+        double earliest_s = std::numeric_limits<double>::infinity();
+        for (const TracedArrival& one : conditions_.trace)
+            if (one.sent_s >= sent_s - same_frame_s)
+                earliest_s = std::min(earliest_s, one.arrival_s);
+        return std::isinf(earliest_s) ? sent_s : earliest_s;  // what is lost is known at once
+    }
     const double alone_s = leaves_s(std::max(sent_s, link_free_s_), 0) + conditions_.delay_s;
     return conditions_.datagrams ? alone_s : std::max(alone_s, last_arrival_s_);
 }
@@ -175,6 +235,8 @@ NetworkConditions parse_network(const std::string& spec, const std::string& wher
         if (!key->set(value, conditions))
             throw InputError(expected_found(name, std::string(key->expected), "'" + std::string(value) + "'"));
     }
+    if (!conditions.trace.empty() && std::ranges::count(given, true) > 1)
+        throw InputError(expected_found(where + " trace", "nothing beside it", "'" + spec + "'"));
     return conditions;
 }
 

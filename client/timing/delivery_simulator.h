@@ -7,7 +7,7 @@
 /// delay, with jitter of the frame's own on top, uniform from 0 to jitter_s. While the link stalls nothing leaves; what
 /// is under way arrives. As a stream (TCP), each lost packet is sent again a round trip later (twice the delay, at
 /// least shortest_round_trip_s), and frames arrive in order. As datagrams, a frame that lost a packet is lost, and
-/// jitter may reorder frames.
+/// jitter may reorder frames. Or each frame arrives when one did that was sent over a real network (a trace).
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,6 +20,12 @@ struct NetworkStall {
     double lasts_s = 0;
 };
 
+/// Both on one clock: that of the frames' times.
+struct TracedArrival {
+    double sent_s = 0;  ///< as the frame's time says
+    double arrival_s = 0;
+};
+
 struct NetworkConditions {
     double delay_s = 0;
     double jitter_s = 0;
@@ -28,6 +34,8 @@ struct NetworkConditions {
     bool datagrams = false;
     std::vector<NetworkStall> stalls{};
     std::uint64_t seed = 1;
+    /// By when they were sent, ascending. Not empty: nothing else counts, and a frame that is not there is lost.
+    std::vector<TracedArrival> trace{};
 };
 
 /// "delay=80,jitter=15,loss=0.01,stall=2:3,bandwidth=20,seed=1", by the table that network_help prints; empty: nothing
@@ -50,6 +58,7 @@ public:
     double earliest_arrival_s(double sent_s) const;
 
 private:
+    std::optional<double> traced(double sent_s) const;
     double leaves_s(double from_s, double sending_s) const;
     int max_losses(std::int64_t packets) const;
     double uniform(std::uint64_t what, std::uint64_t which) const;

@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
@@ -199,17 +203,59 @@ TEST(NetworkSpec, OneClearLineForWhatItCannotRead) {
     EXPECT_EQ(problem_of("delay=1,delay=2"), "--network delay: expected one value, found another");
     for (const char* unknown : {"latency=80", "delay", "delay=1,,jitter=2", "=3"})
         EXPECT_EQ(problem_of(unknown).find("--network: expected delay=MS, jitter=MS, loss=SHARE, bandwidth=MBIT/S, "
-                                           "stall=AT:FOR, transport=KIND or seed=N, found '"),
+                                           "stall=AT:FOR, transport=KIND, seed=N or trace=FILE, found '"),
                   0u)
             << problem_of(unknown);
 }
 
 TEST(NetworkSpec, HelpNamesWhatIsRead) {
     const std::string help = network_help();
-    EXPECT_EQ(std::ranges::count(help, '\n'), 7);
-    for (const char* key :
-         {"delay=MS", "jitter=MS", "loss=SHARE", "bandwidth=MBIT/S", "stall=AT:FOR", "transport=KIND", "seed=N"})
+    EXPECT_EQ(std::ranges::count(help, '\n'), 8);
+    for (const char* key : {"delay=MS", "jitter=MS", "loss=SHARE", "bandwidth=MBIT/S", "stall=AT:FOR", "transport=KIND",
+                            "seed=N", "trace=FILE"})
         EXPECT_NE(help.find(key), help.npos) << key;
+}
+
+class Trace : public testing::Test {
+protected:
+    ~Trace() override { std::filesystem::remove(file_); }
+    std::string spec(const std::string& text) const {
+        std::ofstream(file_) << text;
+        return "trace=" + file_;
+    }
+    std::string problem(const std::string& text) const {
+        std::string found = problem_of(spec(text));
+        return found.starts_with(file_) ? found.substr(file_.size()) : found;
+    }
+
+    const std::string file_ = testing::TempDir() + "equistream-trace-" + std::to_string(getpid()) + ".csv";
+};
+
+TEST_F(Trace, DeliversEachFrameWhenItCame) {
+    const NetworkConditions conditions = parse_network(spec("time_s,arrival_s\n0,0.05\n0.0333,0.3\n0.1,0.2\n"), "");
+    const Arrivals arrivals = simulate_delivery(conditions, {{0, 9}, {1.0 / 30, 9}, {2.0 / 30, 9}, {0.1, 9}});
+    EXPECT_EQ(arrivals, (Arrivals{0.05, 0.3, std::nullopt, 0.2}));
+}
+
+TEST_F(Trace, SaysWhenTheNextCanComeAtTheEarliest) {
+    const DeliverySimulator simulator(parse_network(spec("time_s,arrival_s\n0,0.05\n1,3\n2,2.5\n"), ""));
+    EXPECT_EQ(simulator.earliest_arrival_s(0), 0.05);
+    EXPECT_EQ(simulator.earliest_arrival_s(1), 2.5) << "the second one overtakes it";
+    EXPECT_EQ(simulator.earliest_arrival_s(3), 3) << "lost: that is known at once";
+}
+
+TEST_F(Trace, OneClearLineForWhatItCannotRead) {
+    EXPECT_EQ(problem("time,arrival\n"), ", line 1: expected time_s,arrival_s, found 'time,arrival'");
+    const std::string wanted = "expected a frame's time, later than the one before, and when it arrived, in seconds, ";
+    EXPECT_EQ(problem("time_s,arrival_s\n0,1\n0,2\n"), ", line 3: " + wanted + "found '0,2'");
+    EXPECT_EQ(problem("time_s,arrival_s\n0,nan\n"), ", line 2: " + wanted + "found '0,nan'");
+    EXPECT_EQ(problem("time_s,arrival_s\n0\n"), ", line 2: " + wanted + "found '0'");
+    EXPECT_EQ(problem("time_s,arrival_s\n0,1,2\n"), ", line 2: " + wanted + "found '0,1,2'");
+    EXPECT_EQ(problem("time_s,arrival_s\n"), ": expected one arrival at least, found none");
+    EXPECT_EQ(problem_of("trace=/nowhere.csv"),
+              "/nowhere.csv: expected a trace of arrivals (CSV) that can be read, found No such file or directory");
+    EXPECT_EQ(
+        problem_of(spec("time_s,arrival_s\n0,1\n") + ",loss=0.1").find("--network trace: expected nothing beside"), 0u);
 }
 
 }  // namespace
