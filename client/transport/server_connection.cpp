@@ -137,7 +137,7 @@ private:
         asio::async_connect(socket_, found, [this](const asio::error_code& error, const tcp::endpoint&) {
             if (error)
                 return fail("a server", error);
-            set_patience(socket_, silence_s_);
+            prepare(socket_, silence_s_);
             open(context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_)));
         });
     }

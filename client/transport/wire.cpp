@@ -1,5 +1,7 @@
 #include "wire.h"
 
+#include "congestion.h"
+
 #include <asio/buffer.hpp>
 #include <asio/ssl/stream.hpp>
 
@@ -17,6 +19,9 @@ using asio::ip::tcp;
 
 /// Of patience: how often the other end is asked meanwhile whether it is there.
 constexpr double looks = 4;
+
+/// What a system keeps at most of what it has not begun to send. More would be old by the time it goes.
+constexpr int unsent_bytes = 1 << 16;
 
 class TcpWire : public Wire {
 public:
@@ -123,7 +128,7 @@ std::unique_ptr<Wire> tls_wire(tcp::socket socket, std::shared_ptr<asio::ssl::co
     return std::make_unique<TlsWire>(std::move(socket), std::move(context), is_server);
 }
 
-void set_patience(tcp::socket& socket, double patience_s) {
+void prepare(tcp::socket& socket, double patience_s) {
     asio::error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     // Of a machine that has vanished the system would otherwise go on hoping for a quarter of an hour; while there is
@@ -134,6 +139,8 @@ void set_patience(tcp::socket& socket, double patience_s) {
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPINTVL, &idle_s, sizeof idle_s);
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
+    setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+    use_bbr(socket.native_handle());
 }
 
 }  // namespace equistream

@@ -35,7 +35,8 @@ std::unique_ptr<Wire> tcp_wire(asio::ip::tcp::socket socket);
 std::unique_ptr<Wire> tls_wire(asio::ip::tcp::socket socket, std::shared_ptr<asio::ssl::context> context,
                                bool is_server);
 
-/// An end that vanishes is noticed after so long, also while there is nothing to send. Small pieces go at once.
-void set_patience(asio::ip::tcp::socket& socket, double patience_s);
+/// An end that vanishes is noticed after so long, also while there is nothing to send. Small pieces go at once, little
+/// waits in the system, and what is lost on the way does not count as too much (BBR, where the system allows it).
+void prepare(asio::ip::tcp::socket& socket, double patience_s);
 
 }  // namespace equistream

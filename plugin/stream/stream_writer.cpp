@@ -323,6 +323,10 @@ void StreamWriter::begin_group() {
         track->begins_group = true;
 }
 
+void StreamWriter::set_crf(TrackRole role, double crf) {
+    state_->track_of(role, 0).encoder.set_crf(crf);
+}
+
 void StreamWriter::flush() {
     State& s = *state_;
     s.check(av_interleaved_write_frame(s.format.get(), nullptr), "writing what waits for other tracks");

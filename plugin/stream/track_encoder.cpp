@@ -5,6 +5,7 @@
 
 extern "C" {
 #include <libavutil/cpu.h>
+#include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
 }
 
@@ -188,6 +189,17 @@ TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& 
       codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {
     if (const auto crf = track.coded_crf(settings.crf))
         crf_ = static_cast<float>(*crf);
+}
+
+void TrackEncoder::set_crf(double crf) {
+    const std::string where = std::string(track_name(track_.role)) + " track";
+    if (!(crf >= 0 && crf <= worst_crf))
+        throw InputError(expected_found(where, "crf of 0 to " + std::to_string(worst_crf), std::to_string(crf)));
+    if (codec_->codec_id != AV_CODEC_ID_H264 || !crf_)
+        throw WorkError(
+            expected_found(where, "H.264, whose quality can change from picture to picture", codec_->codec->name));
+    crf_ = static_cast<float>(crf);
+    av_opt_set_double(codec_->priv_data, "crf", crf, 0);
 }
 
 void TrackEncoder::require_size(int width, int height, int channels, int wanted_channels) const {

@@ -19,6 +19,8 @@ public:
     const AVCodecContext& codec() const { return *codec_; }
     /// As frame data says it.
     std::optional<float> crf() const { return crf_; }
+    /// From the next picture on; libx264 alone can.
+    void set_crf(double crf);
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
     /// The same of PQ R'G'B' where the stream's transfer is that.

@@ -1,5 +1,6 @@
 #include "checks.h"
 
+#include <client/transport/congestion.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
 #include <programs/cli/child.h>
@@ -105,6 +106,13 @@ Finding find_mitsuba(const Surroundings& here) {
     return finding;
 }
 
+/// What a server sends by where packets are lost.
+Finding find_congestion_control(const Surroundings&) {
+    if (!allows_bbr())
+        return {State::missing, "this system does not allow BBR: lost packets slow streams down", "", {}};
+    return Finding::ok("BBR: lost packets hardly slow streams down");
+}
+
 /// `study --packages` says which there are, or how to get them.
 Finding find_python(const Surroundings& here) {
     const cli::ChildEnd end =
@@ -135,6 +143,7 @@ constexpr std::array checks = {
     Check{"mitsuba", "render --host mitsuba", false,
           "pip install " EQUISTREAM_MITSUBA ", and its folders mitsuba and drjit in LD_LIBRARY_PATH", find_mitsuba},
     Check{"denoiser", "--denoise of render, serve and import", false, "pip install pyoidn", nullptr},
+    Check{"network", "serve", false, "sudo sysctl net.ipv4.tcp_congestion_control=bbr", find_congestion_control},
     Check{"scenes", "descriptions whose models are not bundled", false,
           "name the folder of scenes (.glb) in EQUISTREAM_SCENES", nullptr},
     Check{"python", "study, fit, farm", false, "sudo apt-get install python3, and python3-equistream", find_python},

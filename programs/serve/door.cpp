@@ -62,7 +62,7 @@ void Door::accept(Came came) {
         const tcp::endpoint peer = socket.remote_endpoint(gone);
         if (gone)  // it has hung up already
             return accept(came);
-        set_patience(socket, patience_s_);
+        prepare(socket, patience_s_);
         setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
         auto wire = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
         came({}, {std::move(wire), peer.address(), peer.port()});

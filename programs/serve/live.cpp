@@ -2,6 +2,7 @@
 
 #include "children.h"
 #include "programmes.h"
+#include "rate.h"
 
 #include <equistream/denoise_quality.h>
 #include <equistream/elapsed.h>
@@ -29,6 +30,7 @@ namespace {
 
 constexpr double slowest = 0.01, quickest = 1000;
 constexpr std::uint32_t max_samples = 1 << 20;
+constexpr double most_mbps = 1e5;
 constexpr const char* option_group = "For a scene, rendered while it is watched";
 
 constexpr double note_interval_s = 10;
@@ -49,12 +51,17 @@ std::string words_of(const std::exception_ptr& problem) {
 /// For viewers to take what is left, once it ends.
 constexpr std::chrono::seconds time_to_take_the_rest{2};
 
+std::optional<double> bits(std::optional<double> megabits) {
+    return megabits ? std::optional(1e6 * *megabits) : std::nullopt;
+}
+
 class Live {
 public:
     Live(asio::io_context& io, asio::signal_set& stop, std::unique_ptr<Door> door, const LiveSettings& settings)
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
           server_(io, std::move(door), stream_, settings.server), encoder_(settings.coding),
-          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), timer_(io) {
+          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), rate_(bits(settings.most_mbps)),
+          timer_(io) {
         start_renderer();
     }
     ~Live() {
@@ -169,17 +176,16 @@ private:
         const Samples samples = pace_.samples();
         tell(pace_.took(seconds_since(ordered_)), samples, seconds_since(ordered_));
         ++coding_;
-        asio::post(worker_, [this, frame, begin_group = stream_.take_joined(), ordered = ordered_] {
-            encode(frame, begin_group, ordered);
-        });
+        asio::post(worker_, [this, frame, begin_group = stream_.take_joined(), coarser = rate_.coarser(),
+                             ordered = ordered_] { encode(frame, begin_group, coarser, ordered); });
         look();
     }
 
     /// In the worker's thread.
-    void encode(const RenderedFrame& frame, bool begin_group, Clock::time_point ordered) {
+    void encode(const RenderedFrame& frame, bool begin_group, double coarser, Clock::time_point ordered) {
         const auto start = Clock::now();
         try {
-            auto coded = encoder_.encode(frame.file, frame.window, begin_group);
+            auto coded = encoder_.encode(frame.file, frame.window, begin_group, coarser);
             asio::post(io_, [this, coded = std::move(coded), took_s = seconds_since(start), ordered] {
                 publish(coded, took_s, ordered);
             });
@@ -196,6 +202,7 @@ private:
         figures_.age_s += last_age_s_;
         if (!coded.header.empty())
             stream_.set_header(coded.header);
+        adapt(coded);
         stream_.publish(coded.bytes, coded.begins_group);
         server_.wake();
         if (seconds_since(noted_) >= note_interval_s && intervals_ > 0) {
@@ -204,6 +211,23 @@ private:
                            samples_text(pace_.samples()).c_str()));
         }
         look();
+    }
+
+    /// Before these bytes are sent: viewers had all the time since the last ones for those.
+    void adapt(const LiveEncoder::Coded& coded) {
+        const double now_s = seconds_since(start_), before = rate_.coarser();
+        coded_bits_ += 8.0 * double(coded.bytes.size());
+        rate_.coded(now_s, coded.bytes.size(), coded.coarser);
+        if (const auto delivery = stream_.delivery())
+            rate_.delivered(now_s, delivery->first, delivery->second);
+        const double after = rate_.coarser();
+        if ((before > 0) != (after > 0) && seconds_since(rate_noted_) >= note_interval_s) {
+            rate_noted_ = Clock::now();
+            note(after == 0 ? formatted("the stream is coded as asked for again, with CRF %g", settings_.coding.crf)
+                            : formatted("%s carries %.1f Mbit/s: the stream is coded with CRF %.0f instead of %g",
+                                        rate_.line_bps() ? "the line of the viewer that steers" : "--mbit",
+                                        1e-6 * rate_.limit_bps(), settings_.coding.crf + after, settings_.coding.crf));
+        }
     }
 
     void tell(Pace::Change change, const Samples& before, double sphere_s) const {
@@ -266,6 +290,9 @@ private:
             *sum /= count;
         sums.spheres_per_s = busy_s_ > 0 ? double(intervals_) / busy_s_ : 0;
         sums.samples = pace_.samples();
+        sums.crf = std::min(settings_.coding.crf + rate_.coarser(), double(worst_crf));
+        sums.coded_mbps = busy_s_ > 0 ? 1e-6 * coded_bits_ / busy_s_ : 0;
+        sums.missed = stream_.spheres_missed();
         sums.poses = stream_.poses_heard();
         sums.server = server_.figures();
         return sums;
@@ -278,13 +305,14 @@ private:
     Server server_;
     LiveEncoder encoder_;  // the worker's
     Pace pace_;
+    RateControl rate_;
     asio::steady_timer timer_;
     LiveFigures figures_;  // sums
     std::function<void(const std::string&)> listening_;
     double frames_per_second_ = 30;
-    Clock::time_point time_zero_, ordered_, noted_ = Clock::now();
+    Clock::time_point start_ = Clock::now(), time_zero_, ordered_, noted_ = start_, rate_noted_{};
     std::int64_t last_frame_ = -1;
-    double busy_s_ = 0;
+    double busy_s_ = 0, coded_bits_ = 0;
     double last_age_s_ = 0;  // as in LiveFigures, of the last sphere
     std::int64_t intervals_ = 0;
     int coding_ = 0;  // frames that the worker has not coded yet
@@ -329,7 +357,8 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--path", o.path, "Path (CSV) of the head until a viewer moves, instead of the scene's");
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
     add("--depth", o.depth, "auto, or none: no track of depth").with_default().offers(std::array{"auto", "none"});
-    add("--crf", s.coding.crf, "Quality: 0 (best) to 51").with_default();
+    add("--crf", s.coding.crf, "Quality: 0 (best) to 51; coarser while the line carries less").with_default();
+    add("--mbit", s.most_mbps, "Megabits a second that the stream may take (default: what the line carries)");
     add("--preset", s.coding.preset, "The encoder's, as in encode").with_default();
     add("--out", s.coding.out, "File (.mkv) that gets the bytes of a viewer that is there from the beginning");
 }
@@ -350,6 +379,8 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
                  std::to_string(settings.max_spp));
     cli::require(settings.spheres_per_s >= slowest && settings.spheres_per_s <= quickest, "--rate", "0.01 to 1000",
                  in_words(settings.spheres_per_s));
+    cli::require(settings.most_mbps.value_or(1) > 0 && settings.most_mbps.value_or(1) <= most_mbps, "--mbit",
+                 "above 0 and at most " + in_words(most_mbps), in_words(settings.most_mbps.value_or(0)));
     settings.coding.depth = cli::parse_word("--depth", options.depth, std::array{"auto", "none"}) == 0;
     const std::string& out = settings.coding.out;
     cli::require(out.empty() || (out.ends_with(".mkv") && !is_url(out)), "--out", "a file's name ending in .mkv",

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct LiveSettings {
     std::uint32_t max_spp = 16;
     double spheres_per_s = 2;  ///< to be kept up with fewer samples, where need be
     bool has_window = false;
+    std::optional<double> most_mbps;  ///< megabits a second that the stream may take; nothing: what the line carries
     LiveCoding coding;
     ServerSettings server;
 };
@@ -32,7 +34,10 @@ struct LiveFigures {
     double spheres_per_s = 0;
     Samples samples;  ///< at the end
     double render_s = 0, write_s = 0, encode_s = 0;
-    double age_s = 0;  ///< from when a sphere's place was taken to when its bytes could be sent
+    double crf = 0;           ///< at the end
+    double coded_mbps = 0;    ///< megabits a second as coded, on average
+    std::int64_t missed = 0;  ///< spheres that viewers behind passed over
+    double age_s = 0;         ///< from when a sphere's place was taken to when its bytes could be sent
     std::int64_t poses = 0;
     ServerFigures server;
 };

@@ -1,5 +1,7 @@
 #include "live_encoder.h"
 
+#include "rate.h"
+
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
@@ -18,6 +20,8 @@ namespace {
 constexpr double longest_group_s = 1;
 /// A group's range begins so much nearer than its first frame's nearest surface, as heads move on within it.
 constexpr double room_to_approach = 0.8;
+/// Depth is coded as asked for until colour has given up so many steps of CRF.
+constexpr double colour_first = 12;
 /// Slices in which a picture is coded side by side.
 constexpr int encoder_threads = 2;
 
@@ -90,7 +94,22 @@ void LiveEncoder::write(const Part& part) {
     writer_->write_depth(*depth_role_of(part.role), part.frame.planes.at("depth").view(), info);
 }
 
-LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::string& window, bool begin_group) {
+/// Depth gives way after colour, as the sphere around a window after the window.
+void LiveEncoder::set_quality(double coarser) {
+    if (std::exchange(coarser_, coarser) == coarser)
+        return;
+    const CoarserParts parts = divided(coarser, parts_.size() > 1);
+    for (const Part& part : parts_) {
+        const double steps = part.role == TrackRole::window ? parts.window : parts.base;
+        writer_->set_crf(part.role, std::min(coding_.crf + steps, double(worst_crf)));
+        if (depth_code_)
+            writer_->set_crf(*depth_role_of(part.role),
+                             std::min(coding_.crf + std::max(0.0, steps - colour_first), double(worst_crf)));
+    }
+}
+
+LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::string& window, bool begin_group,
+                                       double coarser) {
     if (parts_.empty()) {
         parts_.push_back({TrackRole::main});
         if (!window.empty())
@@ -100,10 +119,12 @@ LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::strin
     if (parts_.size() > 1)
         read(parts_.back(), window);
     Coded coded;
+    coded.coarser = coarser;
     if (!writer_) {
         open();
         coded.header = std::exchange(taken_, {});
     }
+    set_quality(coarser);
     coded.begins_group = begin_group || needs_group();
     if (coded.begins_group) {
         group_start_s_ = parts_.front().frame.info.time_s;

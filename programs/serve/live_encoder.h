@@ -30,10 +30,11 @@ public:
         std::string header;  ///< of the stream, with the first frame alone
         std::string bytes;
         bool begins_group = false;  ///< whoever has the header can begin here
+        double coarser = 0;         ///< as it was asked for
     };
     /// Reads a frame, and its window's where there is one, and removes the files. A group begins with it if it is asked
-    /// to, and at least once a second. Throws WorkError or InputError.
-    Coded encode(const std::string& file, const std::string& window, bool begin_group);
+    /// to, and at least once a second. `coarser` is in steps of CRF (rate.h). Throws WorkError or InputError.
+    Coded encode(const std::string& file, const std::string& window, bool begin_group, double coarser);
     /// What ends the stream; nothing where there was no frame.
     std::string finish();
 
@@ -49,6 +50,7 @@ private:
 
     void open();
     void read(Part& part, const std::string& file) const;
+    void set_quality(double coarser);
     void write(const Part& part);
     bool needs_group() const;
     DepthRange range_before(const Part& part) const;
@@ -61,6 +63,7 @@ private:
     std::unique_ptr<DepthCode> depth_code_;  // null: no depth
     double box_radius_m_ = 0;
     std::optional<double> group_start_s_;
+    double coarser_ = 0;  // as the encoders have been told
 };
 
 }  // namespace equistream::serve

@@ -15,6 +15,9 @@ constexpr std::size_t max_waiting_bytes = 64 << 20;
 
 /// An element of Matroska that readers pass over: Void, of no bytes. It may stand between any two clusters.
 constexpr std::array<char, 2> nothing = {char(0xec), char(0x80)};
+/// A viewer whose oldest bytes wait for longer goes on with the next group.
+constexpr double longest_wait_s = 0.5;
+
 /// After so long without a picture a viewer is sent that, so that it knows the server is there.
 constexpr double longest_silence_s = 1;
 
@@ -54,7 +57,9 @@ ViewExtent HeardHead::view() const {
 
 class LiveFeed : public Feed {
 public:
-    explicit LiveFeed(LiveStream& stream) : stream_(stream) { stream_.feeds_.push_back(this); }
+    explicit LiveFeed(LiveStream& stream) : stream_(stream), number_(++stream.feeds_opened_) {
+        stream_.feeds_.push_back(this);
+    }
     ~LiveFeed() override {
         stream_.feeds_.remove(this);
         stream_.changed_();
@@ -71,6 +76,7 @@ public:
         std::memcpy(block.data(), first.bytes->data() + first.sent, count);
         const double due_s = first.due_s;
         first.sent += count;
+        bytes_sent_ += std::int64_t(count);
         waiting_bytes_ -= count;
         if (first.sent == first.bytes->size())
             waiting_.pop_front();
@@ -96,12 +102,16 @@ public:
     }
 
     void add(const std::shared_ptr<const std::string>& bytes, bool begins_group) {
+        if (begins_group && behind_s() > longest_wait_s)
+            pass_over_what_waits();
         has_joined_ = has_joined_ || begins_group;
         if (has_joined_)
             add(bytes);
     }
 
     const HeardHead& head() const { return head_; }
+    int number() const { return number_; }
+    Delivery delivery() const { return {bytes_sent_, behind_s()}; }
 
 private:
     struct Part {
@@ -110,7 +120,19 @@ private:
         std::size_t sent = 0;
     };
 
-    LiveStream& stream_;
+    double behind_s() const { return waiting_.empty() ? 0 : seconds_since(start_) - waiting_.front().due_s; }
+
+    /// All but the header, and what is sent in part: it has to end.
+    void pass_over_what_waits() {
+        const auto goes = [&](const Part& part) { return part.sent == 0 && part.bytes != stream_.header_; };
+        for (const Part& part : waiting_)
+            if (goes(part)) {
+                waiting_bytes_ -= part.bytes->size();
+                ++stream_.spheres_missed_;
+            }
+        std::erase_if(waiting_, goes);
+    }
+
     Portion nothing_new(std::span<char> block, double elapsed_s) {
         if (stream_.ended_ || !last_sent_s_)
             return {.ended = stream_.ended_};
@@ -122,7 +144,10 @@ private:
         return {.bytes = nothing.size(), .due_s = elapsed_s};
     }
 
+    LiveStream& stream_;
+    int number_;
     Clock::time_point start_ = Clock::now();
+    std::int64_t bytes_sent_ = 0;
     std::optional<double> last_sent_s_;  // nothing: not even the header
     std::deque<Part> waiting_;
     std::size_t waiting_bytes_ = 0;
@@ -155,9 +180,21 @@ void LiveStream::end() {
     ended_ = true;
 }
 
-std::optional<Pose> LiveStream::steering(double ahead_s) const {
+const LiveFeed* LiveStream::steers() const {
     const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->head().is_known(); });
-    return steers == feeds_.end() ? std::nullopt : std::optional((*steers)->head().head(ahead_s));
+    return steers == feeds_.end() ? nullptr : *steers;
+}
+
+std::optional<Pose> LiveStream::steering(double ahead_s) const {
+    const LiveFeed* const feed = steers();
+    return feed == nullptr ? std::nullopt : std::optional(feed->head().head(ahead_s));
+}
+
+std::optional<std::pair<int, Delivery>> LiveStream::delivery() const {
+    if (feeds_.empty())
+        return std::nullopt;
+    const LiveFeed* const feed = steers() != nullptr ? steers() : feeds_.front();
+    return std::pair(feed->number(), feed->delivery());
 }
 
 std::optional<glm::dvec3> LiveStream::gaze(double ahead_s) const {

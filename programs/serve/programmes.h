@@ -1,5 +1,7 @@
 #pragma once
 /// What a viewer is sent, block by block, and what becomes of what it sends.
+#include "rate.h"
+
 #include <client/timing/head_prediction.h>
 #include <equistream/elapsed.h>
 #include <equistream/send_times.h>
@@ -69,7 +71,8 @@ private:
 std::unique_ptr<Programme> open_recording(const std::string& file, bool loop);
 
 // A stream that is being made, for all who watch: each viewer gets the header and, from the next group of pictures on,
-// the same bytes as everybody; who steers is told from what they send. One thread: that of the io_context.
+// the same bytes as everybody; who steers is told from what they send. A viewer that falls behind goes on with the next
+// group, and misses what lies between; nobody waits for it. One thread: that of the io_context.
 
 class LiveFeed;
 
@@ -94,17 +97,25 @@ public:
     /// such a viewer.
     std::optional<glm::dvec3> gaze(double ahead_s) const;
     std::int64_t poses_heard() const { return poses_heard_; }
+    /// Of the viewer that steers, or of the first one while nobody does: its number, from 1, and how it keeps up.
+    /// Nothing: there is none.
+    std::optional<std::pair<int, Delivery>> delivery() const;
+    /// Spheres that viewers missed because they were behind, of all viewers.
+    std::int64_t spheres_missed() const { return spheres_missed_; }
     /// Whether somebody has come since this was asked last, for whom a group should begin.
     bool take_joined() { return std::exchange(joined_, false); }
 
 private:
     friend class LiveFeed;
 
+    const LiveFeed* steers() const;  // null: nobody does
+
     std::function<void()> changed_;
     std::list<LiveFeed*> feeds_;  // in the order they came
     std::shared_ptr<const std::string> header_;
     bool joined_ = false, ended_ = false;
-    std::int64_t poses_heard_ = 0;
+    int feeds_opened_ = 0;
+    std::int64_t poses_heard_ = 0, spheres_missed_ = 0;
 };
 
 /// The mean of the first one, which always counts, and of those within 30 degrees of it. There is one at least.

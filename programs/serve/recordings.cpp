@@ -95,6 +95,8 @@ std::unique_ptr<Feed> Recording::open_feed() {
 constexpr double guard_rad = 5 * pi / 180, foretold_s = 0.15;
 /// A tile is sent for so long after it was looked at last.
 constexpr double tile_stays_s = 0.5;
+/// A viewer that is so far behind gets the base alone, until it is level again.
+constexpr double behind_is_too_much_s = 0.25;
 
 class TileFeed : public Feed {
 public:
@@ -111,7 +113,8 @@ public:
             sent_ = 0;
             due_s_ = *due_s;
             try {
-                sender_.next(looked_at(elapsed_s), bytes_);
+                const bool is_behind = elapsed_s - due_s_ > behind_is_too_much_s;
+                sender_.next(is_behind ? std::set<int>() : looked_at(elapsed_s), bytes_);
             } catch (const std::exception& error) {
                 return {.problem = error.what()};
             }

@@ -81,21 +81,28 @@ void report(const Options& options, const ServerFigures& figures) {
 void report(const Options& options, const LiveFigures& figures) {
     if (options.json) {
         nlohmann::ordered_json line = as_json(options, figures.server);
-        line["live"] = {{"spheres", figures.spheres},       {"spheres_per_s", figures.spheres_per_s},
-                        {"spp", figures.samples.looked_at}, {"render_s", figures.render_s},
-                        {"write_s", figures.write_s},       {"encode_s", figures.encode_s},
-                        {"age_s", figures.age_s},           {"poses", figures.poses}};
+        line["live"] = {{"spheres", figures.spheres},
+                        {"spheres_per_s", figures.spheres_per_s},
+                        {"spp", figures.samples.looked_at},
+                        {"render_s", figures.render_s},
+                        {"write_s", figures.write_s},
+                        {"encode_s", figures.encode_s},
+                        {"crf", figures.crf},
+                        {"mbit_per_s", figures.coded_mbps},
+                        {"missed", figures.missed},
+                        {"age_s", figures.age_s},
+                        {"poses", figures.poses}};
         if (figures.samples.base)
             line["live"]["base_spp"] = *figures.samples.base;
         std::printf("%s\n", json_text(line).c_str());
         return;
     }
     report(options, figures.server);
-    std::printf("%lld spheres, %.2f a second, at last with %s; %lld poses heard\n"
+    std::printf("%lld spheres, %.2f a second, at last with %s and CRF %.1f; %.2f Mbit/s; %lld poses heard\n"
                 "ms a sphere: render %.0f, hand over %.0f, encode %.0f; %.0f from its pose to its bytes\n",
                 static_cast<long long>(figures.spheres), figures.spheres_per_s, samples_text(figures.samples).c_str(),
-                static_cast<long long>(figures.poses), 1e3 * figures.render_s, 1e3 * figures.write_s,
-                1e3 * figures.encode_s, 1e3 * figures.age_s);
+                figures.crf, figures.coded_mbps, static_cast<long long>(figures.poses), 1e3 * figures.render_s,
+                1e3 * figures.write_s, 1e3 * figures.encode_s, 1e3 * figures.age_s);
 }
 
 ServerAddress listen_address(const std::string& listen) {

@@ -3,9 +3,9 @@
 
 usage: pressure.py BIN_DIR --report FILE [--seconds 15]
 
-A recorded stream is served over and over. One viewer notes when each block of bytes comes: first alone, then beside each kind of pressure, then
-alone again. *Slower* is the time that the same bytes took, beside that of the first run. *Latest* is how much later than there the latest block
-came, both counted from the first byte. Those who press run in a process of their own, on the same machine: they have one half of its cores, and
+A recorded stream is served over and over. One viewer notes when each block of bytes comes: alone, beside one kind of pressure, alone again, beside the
+next. *Slower* is the time that the same bytes took, beside the mean of the runs alone before and after, which are *alone_apart* from each other. *Latest*
+is how much later than in both of them the latest block came, counted from the first byte. Those who press run in a process of their own, on the same machine: they have one half of its cores, and
 the server has the other.
 
 Then a scene is rendered while it is watched, and the viewer, who steers, notes when each sphere comes. *Slower* is the time of as many spheres.
@@ -181,18 +181,24 @@ def sphere_times(found):
     return at
 
 
-def beside(alone, other):
-    both = min(len(alone), len(other)) - 1
-    return {"blocks": both, "slower": round(other[both] / alone[both] - 1, 5), "latest_ms": round(1000 * max(b - a for a, b in zip(alone, other)), 1)}
+def beside(before, other, after):
+    both = min(map(len, (before, other, after))) - 1
+    alone_s = (before[both] + after[both]) / 2
+    return {"blocks": both, "slower": round(other[both] / alone_s - 1, 5), "alone_apart": round(abs(after[both] - before[both]) / alone_s, 5),
+            "latest_ms": round(1000 * max(b - max(a, c) for a, b, c in zip(before, other, after)), 1)}
 
 
 def measured(server, seconds, times):
-    alone = times(arrivals(server.port, seconds))
+    """Each pressure between two runs without any, by which a machine or a scene that changes does not pass for one."""
+    before = times(arrivals(server.port, seconds))
     found = {}
-    for name, pressure in (*PRESSURES.items(), ("alone again", None)):
-        found[name] = beside(alone, times(arrivals(server.port, seconds, pressure))) | {"connections": done[0], "sent_mb": round(done[1] / 1e6, 1)}
-        print(name, found[name], flush=True)
+    for name, pressure in PRESSURES.items():
+        pressed_times, counts = times(arrivals(server.port, seconds, pressure)), {"connections": done[0], "sent_mb": round(done[1] / 1e6, 1)}
         time.sleep(2)  # all have gone
+        after = times(arrivals(server.port, seconds))
+        found[name] = beside(before, pressed_times, after) | counts
+        print(name, found[name], flush=True)
+        before = after
     return found
 
 

@@ -168,6 +168,9 @@ public:
     void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info, std::size_t tile = 0);
     /// Of a live stream: whoever has the header can join at the next picture of each track.
     void begin_group();
+    /// Of a live H.264 stream: the quality of a track from its next picture on, which says so in its frame data. Throws
+    /// InputError for a CRF that there is not, WorkError where the encoder cannot change it.
+    void set_crf(TrackRole role, double crf);
     /// Hands over what was written of a live stream, in Matroska as a cluster of its own.
     void flush();
     /// Flushes the encoders and ends the file; throws WorkError if the disk was full, and so on.

@@ -16,7 +16,7 @@ import unittest
 LIMIT_S = 60
 LIBRARY = pathlib.Path(sys.argv.pop(2))
 BIN = pathlib.Path(sys.argv.pop(1))
-CHECKS = ["programs", "hosts", "video", "processor", "opengl", "display", "hardware", "headset", "mitsuba", "denoiser", "scenes", "python"]
+CHECKS = ["programs", "hosts", "video", "processor", "opengl", "display", "hardware", "headset", "mitsuba", "denoiser", "network", "scenes", "python"]
 COPIED = ("equistream", "equistream-doctor", "equistream-probe")
 
 

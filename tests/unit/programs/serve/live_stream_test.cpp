@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -59,6 +61,50 @@ TEST(LiveStreams, KeepNoMoreThanSoMuchForOneThatDoesNotRead) {
     EXPECT_EQ(reads->next(block, 65).problem, "");
 }
 
+/// One that reads slowly goes on with the next group; one that reads gets all.
+TEST(LiveStreams, GoOnWithTheNextGroupWhereOneIsBehind) {
+    LiveStream stream([] {});
+    const auto slow = stream.open_feed(), reads = stream.open_feed();
+    stream.set_header("header");
+    std::string all;
+    const auto publish = [&](const std::string& bytes, bool begins_group) {
+        stream.publish(bytes, begins_group);
+        for (std::string more = "?"; !more.empty(); all += more)
+            more = given(*reads, 0);
+    };
+    publish("first", true);
+    publish("second", false);
+    EXPECT_EQ(given(*slow, 0), "header");
+    EXPECT_EQ(stream.delivery()->first, 1);
+    EXPECT_EQ(stream.delivery()->second.bytes_sent, 6);
+    publish("third", true);
+    EXPECT_EQ(stream.spheres_missed(), 0) << "it is not late yet";
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    EXPECT_GT(stream.delivery()->second.behind_s, 0.5);
+    publish("fourth", false);
+    EXPECT_EQ(stream.spheres_missed(), 0) << "no group begins with it";
+    publish("fifth", true);
+    EXPECT_EQ(stream.spheres_missed(), 4);
+    EXPECT_EQ(given(*slow, 1), "fifth");
+    EXPECT_EQ(all, "headerfirstsecondthirdfourthfifth");
+}
+
+/// A part that was begun has to end, or nothing behind it could be read.
+TEST(LiveStreams, EndWhatWasBegunBeforeTheyPassOverTheRest) {
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    stream.set_header("header");
+    std::array<char, 4> block;
+    const auto next = [&] { return std::string(block.data(), feed->next(block, 0).bytes); };
+    EXPECT_EQ(next(), "head");
+    stream.publish("first", true);
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    stream.publish("new", true);
+    EXPECT_EQ(next(), "er");
+    EXPECT_EQ(next(), "new");
+    EXPECT_EQ(stream.spheres_missed(), 1);
+}
+
 /// A head that had turned away between two questions left no gaze at all, and their mean was no direction.
 TEST(LiveStreams, LookWhereTheFirstLooksWhoeverElseAgrees) {
     const glm::dvec3 ahead(0, 0, -1), behind(0, 0, 1), aside = glm::normalize(glm::dvec3(0.2, 0, -1));
@@ -68,6 +114,41 @@ TEST(LiveStreams, LookWhereTheFirstLooksWhoeverElseAgrees) {
     EXPECT_GT(mean.x, 0);
     EXPECT_LT(mean.x, aside.x);
     EXPECT_NEAR(glm::length(mean), 1, 1e-12);
+}
+
+/// The quality of a live stream follows from picture to picture, and each one says which it has.
+TEST(LiveStreams, AreCodedCoarserFromOnePictureToTheNext) {
+    const synthetic::Folder folder;
+    const std::string file = (folder / "live.mkv").string();
+    std::size_t bytes = 0;
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 192, 96}};
+    settings.live = true;
+    StreamWriter writer(file, settings,
+                        StreamTap{[&](std::span<const std::uint8_t> more) { bytes += more.size(); }, false});
+    const auto size_of_next = [&](int index) {
+        const std::size_t before = bytes;
+        writer.begin_group();
+        writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), synthetic::info(192, 96, index));
+        writer.flush();
+        return bytes - before;
+    };
+    size_of_next(0);
+    const std::size_t fine = size_of_next(1);
+    writer.set_crf(TrackRole::main, 34);
+    const std::size_t coarse = size_of_next(2);
+    writer.set_crf(TrackRole::main, settings.crf);
+    const std::size_t fine_again = size_of_next(3);
+    EXPECT_LT(double(coarse), 0.6 * double(fine));
+    EXPECT_NEAR(double(fine_again), double(fine), 0.1 * double(fine));
+    EXPECT_THROW(writer.set_crf(TrackRole::main, 52), InputError);
+    writer.finish();
+    StreamReader reader(file);
+    std::vector<float> crf;
+    while (const auto picture = reader.next())
+        crf.push_back(*picture->info->crf);
+    EXPECT_EQ(crf, (std::vector<float>{16, 16, 34, 16, 16}));
 }
 
 TEST(LiveStreams, ReadersPassOverIt) {

@@ -1,0 +1,26 @@
+#include "congestion.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <string_view>
+
+namespace equistream {
+
+bool use_bbr(int socket) {
+    constexpr std::string_view name = "bbr";
+    return setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(), socklen_t(name.size())) == 0;
+}
+
+bool allows_bbr() {
+    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (socket < 0)
+        return false;
+    const bool allows = use_bbr(socket);
+    ::close(socket);
+    return allows;
+}
+
+}  // namespace equistream

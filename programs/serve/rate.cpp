@@ -1,0 +1,78 @@
+#include "rate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace equistream::serve {
+
+namespace {
+
+/// Of CRF, that halve the bytes of what x264 codes, about.
+constexpr double steps_that_halve = 6;
+/// Rates are of so long, or of two spheres where these take longer.
+constexpr double watched_s = 1;
+/// A viewer that is so far behind has a line that carries less than it is sent.
+constexpr double behind_is_too_much_s = 0.25;
+/// Of what a line carries while it is full: what waits must become less.
+constexpr double share_used = 0.8;
+/// By which a line that is not full is tried again with more, a second.
+constexpr double growth_per_s = 1.2;
+/// Lines that carry less are not told apart.
+constexpr double least_bps = 1e4;
+/// The window gives up so much before the sphere around it gives up anything.
+constexpr double window_first = 12;
+
+}  // namespace
+
+void RateControl::coded(double at_s, std::size_t bytes, double coarser) {
+    spheres_.push_back({at_s, 8.0 * double(bytes) * std::exp2(coarser / steps_that_halve)});
+    while (spheres_.size() > 3 && spheres_.front().at_s < at_s - watched_s)
+        spheres_.pop_front();
+    choose();
+}
+
+/// What went out since the oldest look that is remembered.
+double RateControl::carried_bps(double at_s) const {
+    const Sent& oldest = sent_.front();
+    return 8.0 * double(sent_.back().bytes - oldest.bytes) / std::max(1e-3, at_s - oldest.at_s);
+}
+
+void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
+    if (viewer != viewer_) {
+        viewer_ = viewer;
+        sent_.clear();
+        line_bps_.reset();
+    }
+    sent_.push_back({at_s, delivery.bytes_sent});
+    while (sent_.size() > 2 && sent_[1].at_s <= at_s - watched_s)
+        sent_.pop_front();
+    const double elapsed_s = at_s - std::exchange(line_changed_s_, at_s);
+    if (delivery.behind_s > behind_is_too_much_s && sent_.size() > 1)
+        line_bps_ = std::max(least_bps, share_used * carried_bps(at_s));
+    else if (line_bps_ && delivery.behind_s == 0)
+        line_bps_ = *line_bps_ * std::pow(growth_per_s, std::min(elapsed_s, watched_s));
+    choose();
+}
+
+void RateControl::choose() {
+    if (spheres_.size() < 2)
+        return;
+    double wanted_bits = 0;
+    for (std::size_t i = 1; i < spheres_.size(); ++i)
+        wanted_bits += spheres_[i].bits;
+    const double wanted_bps = wanted_bits / std::max(1e-3, spheres_.back().at_s - spheres_.front().at_s);
+    // A line that carries all there is need not be watched any more.
+    if (line_bps_ && *line_bps_ > 1.5 * wanted_bps)
+        line_bps_.reset();
+    limit_bps_ = std::max(least_bps, std::min(most_bps_.value_or(wanted_bps), line_bps_.value_or(wanted_bps)));
+    coarser_ = std::clamp(steps_that_halve * std::log2(wanted_bps / limit_bps_), 0.0, coarsest);
+}
+
+CoarserParts divided(double coarser, bool has_window) {
+    if (!has_window)
+        return {.window = 0, .base = coarser};
+    return {.window = coarser, .base = std::max(0.0, coarser - window_first)};
+}
+
+}  // namespace equistream::serve

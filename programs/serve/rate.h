@@ -1,0 +1,64 @@
+#pragma once
+/// How coarsely a live stream is coded, so that its bytes reach the viewer that steers as they are made, and stay
+/// within a stated rate. Coarseness counts in steps of CRF, of which six halve the bytes, about. Times are in seconds,
+/// from anywhere; no clock of its own.
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+namespace equistream::serve {
+
+/// How a viewer keeps up.
+struct Delivery {
+    std::int64_t bytes_sent = 0;  ///< to it, ever
+    double behind_s = 0;          ///< for so long the oldest bytes wait that it could not be sent
+};
+
+class RateControl {
+public:
+    /// `most_bps`: bits a second at most; nothing: what the line carries.
+    explicit RateControl(std::optional<double> most_bps) : most_bps_(most_bps) {}
+
+    /// A sphere has been coded, so much coarser than was asked for.
+    void coded(double at_s, std::size_t bytes, double coarser);
+    /// The viewer that steers, whenever a sphere has been coded; another one begins anew.
+    void delivered(double at_s, int viewer, const Delivery& delivery);
+
+    /// Steps of CRF beyond what was asked for, for the next sphere: 0 to coarsest.
+    double coarser() const { return coarser_; }
+    /// What the viewer's line is found to carry; nothing while all arrives as it is made.
+    std::optional<double> line_bps() const { return line_bps_; }
+    /// What the stream may take: only where coarser() is above 0.
+    double limit_bps() const { return limit_bps_; }
+
+    static constexpr double coarsest = 24;
+
+private:
+    struct Sphere {
+        double at_s;
+        double bits;  ///< as they would be if nothing were coded coarser
+    };
+    struct Sent {
+        double at_s;
+        std::int64_t bytes;
+    };
+
+    double carried_bps(double at_s) const;
+    void choose();
+
+    std::optional<double> most_bps_, line_bps_;
+    std::deque<Sphere> spheres_;
+    std::deque<Sent> sent_;
+    int viewer_ = 0;
+    double coarser_ = 0, limit_bps_ = 0;
+    double line_changed_s_ = 0;
+};
+
+/// Of a window in a sphere the window is coded coarser first, the sphere around it last.
+struct CoarserParts {
+    double window = 0, base = 0;
+};
+CoarserParts divided(double coarser, bool has_window);
+
+}  // namespace equistream::serve

@@ -1,0 +1,338 @@
+#!/usr/bin/env python3
+"""What networks do to a stream: docs/results/stream.json.
+
+usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,live,faults]
+
+Needs root: real sockets in two network namespaces, with a line between them that is emulated packet by packet (emulated.py).
+
+lines: `equistream serve` sends a recorded stream of the bundled scene `motion` in time with its frames. The other side notes when each sphere is there,
+decoded. `play --network trace=` then shows what a viewer sees at each refresh, for a head that moves on meanwhile, and `compare` scores it against a render
+of that refresh's own time. The scene glows, so there is no noise, and nothing but lateness differs between lines.
+
+faults: a server, a viewer and a line that end without a word.
+
+live: `equistream serve SCENE` over a line that carries ever less, and then all again.
+
+--other-bin: programs whose server leaves congestion control to the system; the line is set to cubic for them, which most systems have.
+"""
+
+import argparse
+import functools
+import json
+import math
+import operator
+import os
+import pathlib
+import signal
+import statistics
+import subprocess
+import sys
+import threading
+import time
+
+TESTS = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS.parent / "programs/study"), str(TESTS / "stress"), str(TESTS / "programs"), str(TESTS / "programs/viewer"), str(pathlib.Path(__file__).resolve().parent)]
+from emulated import SERVER, Line, Network  # noqa: E402
+from pages import cell, place, table  # noqa: E402
+from steps import Failed, Steps, provenance, run_as_program, write_whole  # noqa: E402
+
+RESULT, PAGE = (TESTS.parent / "docs/results" / name for name in ("stream.json", "stream.md"))
+SECRET = "a-secret-for-a-measurement"
+SECONDS, SPHERE, EYES, FOV_DEG, REFRESH_HZ = 6, "960x480", "320x180", 90, 30
+FIRST_S = 1.5
+"""Of what is scored: until then the clock learns the line."""
+DELAY_S = 0.02
+LINES = {
+    "nothing lost": Line(),
+    "1 % lost": Line(loss=0.01),
+    "5 % lost": Line(loss=0.05),
+    "10 % lost": Line(loss=0.1),
+    "20 % lost": Line(loss=0.2),
+    "200 ms of jitter, packets overtake": Line(jitter_s=0.2),
+    "5 % lost, 200 ms of jitter": Line(loss=0.05, jitter_s=0.2),
+    "silence of 1 s": Line(silent=(3, 4)),
+}
+WAYS = {"tcp": "tcp", "tls": "tls", "cubic": "tcp"}
+"""Scheme of the address. cubic: --other-bin's."""
+SEEDS = (1, 2)
+LIVE = ("--size", "480x240", "--spp", "4", "--rate", "4")
+LIVE_SHARES = ((0, 1e9), (8, None), (24, 1e9))
+"""From that second on the line carries so many Mbit/s; None: a tenth of what it carried until then."""
+LIVE_S, SETTLED_S = 40, 4
+
+
+def make_inputs(steps):
+    from by_play import head_path
+    steps.run("scene", "scene", "generate", "motion", "--option", f"seconds={SECONDS}", "--out", "scene")
+    write_whole(steps.work / "head.csv", head_path(steps.work / "scene/motion.json"))
+    last = REFRESH_HZ * SECONDS - 2
+    quiet = ("--max-bounces", 0, "--progress", "none")
+    steps.run("frames", "render", "scene/motion.json", "--frames", f"0-{30 * SECONDS}", "--size", SPHERE, "--spp", 4, "--aovs", "depth,motion,ids", *quiet, "--out", "frames")
+    steps.run("truth", "render", "scene/motion.json", "--camera", "perspective", "--eye", "both", "--path", "head.csv", "--fps", REFRESH_HZ,
+              "--frames", f"{round(FIRST_S * REFRESH_HZ)}-{last}", "--size", EYES, "--fov", FOV_DEG, "--spp", 16, *quiet, "--out", "truth")
+    steps.run("encode", "encode", "frames", "--out", "motion.mkv", "--crf", 16, "--depth", "auto", "--motion", "auto", "--progress", "none")
+    return f"{round(FIRST_S * REFRESH_HZ)}-{last}"
+
+
+def receive(connection):
+    """On the other side: reads streams, and says when each sphere was decoded, by the clock that both sides have."""
+    import equistream
+
+    while url := connection.recv(1000).decode():
+        came, problem = [], None
+        try:
+            for picture in equistream.open_stream(url):
+                if picture.role == "main":
+                    came.append((picture.info.time_s, time.monotonic(), picture.info.crf))
+        except Exception as error:  # what went wrong is a finding too
+            problem = str(error)
+        connection.send(json.dumps({"came": came, "problem": problem}).encode())
+
+
+class Served:
+    def __init__(self, programs, *words):
+        self.process = subprocess.Popen([programs / "equistream-serve", *map(str, words), "--open", "--patience", "60", "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                                        text=True, env=dict(os.environ, EQUISTREAM_SECRET=SECRET))
+        json.loads(self.process.stdout.readline())
+
+    def end(self):
+        self.process.send_signal(signal.SIGTERM)
+        return json.loads(self.process.communicate(timeout=60)[0])
+
+
+def address(scheme):
+    return f"{scheme}://{SECRET + '@' if scheme == 'tls' else ''}{SERVER}:9000".encode()
+
+
+def in_a_child(work):
+    """In a process of its own: its network goes with it."""
+    read, write = os.pipe()
+    if (child := os.fork()) == 0:
+        os.close(read)
+        with os.fdopen(write, "w") as out:
+            json.dump(work(), out)
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read) as text:
+        found = text.read()
+    os.waitpid(child, 0)
+    return json.loads(found)
+
+
+def recorded(programs, stream, line, way, seed):
+    network = Network(line, seed, receive)
+    if way == "cubic":
+        pathlib.Path("/proc/sys/net/ipv4/tcp_congestion_control").write_text("cubic")
+    server = Served(programs, stream, "--listen", f"{WAYS[way]}://{SERVER}:9000")
+    network.begin()
+    network.connection.send(address(WAYS[way]))
+    found = json.loads(network.connection.recv(1 << 22))
+    report = server.end()
+    network.close()
+    return {**found, "bytes": report["bytes_sent"], "packets": network.carried + network.lost, "packets_lost": network.lost}
+
+
+def write_trace(file, came):
+    """The soonest sphere took the line's delay; how the two sides' clocks differ is not known better."""
+    ahead = min(at - due for due, at, _ in came) - DELAY_S
+    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at - ahead:.6f}\n" for due, at, _ in came))
+
+
+def seen(steps, name, network, scored):
+    """What an eye saw by way of `network`."""
+    steps.run(f"play-{name}", "play", "motion.mkv", "--method", "mesh", "--depth", "stream", "--fill", "pushpull", "--head", "head.csv", "--refresh", REFRESH_HZ,
+              "--network", network, "--size", EYES, "--fov", FOV_DEG, "--progress", "none", "--out", f"views/{name}", fresh=f"views/{name}")
+    steps.run(f"compare-{name}", "compare", f"views/{name}", "truth", "--frames", scored, "--metrics", "psnr", "--progress", "none", "--out", f"{name}.json")
+    eyes = json.loads((steps.work / f"{name}.json").read_text())["eyes"].values()
+    report = json.loads((steps.work / f"views/{name}/report.json").read_text())["viewing"]
+    return {"mean_square": statistics.mean(eye["mean_square"] for eye in eyes), "worst_db": min(frame["psnr_db"] for eye in eyes for frame in eye["per_frame"]),
+            "age_ms": report["age_ms"], "cuts": report["cuts"], "blank": report["blank"]}
+
+
+def lines(options, steps, keep):
+    scored = make_inputs(steps)
+    rows = []
+    for name, line in LINES.items():
+        for way in WAYS:
+            if way == "cubic" and not options.other_bin:
+                continue
+            for seed in SEEDS:
+                programs = options.other_bin if way == "cubic" else options.bin
+                found = in_a_child(lambda: recorded(programs, steps.work / "motion.mkv", line, way, seed))
+                row = {"line": name, "way": way, "seed": seed, "spheres": len(found["came"]), "problem": found["problem"],
+                       **{key: found[key] for key in ("bytes", "packets", "packets_lost")}}
+                if found["came"]:
+                    key = f"{list(LINES).index(name)}-{way}-{seed}"
+                    write_trace(steps.work / f"{key}.csv", found["came"])
+                    row.update(seen(steps, key, f"trace={key}.csv", scored))
+                rows.append(row)
+                print(row, file=sys.stderr, flush=True)
+                keep("lines", rows)
+
+
+def live(options, steps, keep):
+    steps.run("pavilion", "scene", "generate", "pavilion", "--out", "pavilion")
+    keep("live", in_a_child(lambda: watched_live(options.bin, steps.work / "pavilion/pavilion.json")))
+
+
+def watched_live(programs, scene):
+    network = Network(Line(), 1, receive)
+    server = Served(programs, scene, *LIVE, "--listen", f"tcp://{SERVER}:9000")
+    network.begin()
+    began = time.monotonic()
+    network.connection.send(address("tcp"))
+    carried = []
+    for (at_s, mbit_s), (until_s, _) in zip(LIVE_SHARES, [*LIVE_SHARES[1:], (LIVE_S, 0)]):
+        network.line = Line(mbit_s=mbit_s or carried[-1]["mbit_s"] / 10)
+        before = network.bytes
+        time.sleep(max(0, began + until_s - time.monotonic()))
+        carried.append({"from_s": at_s, "line_mbit_s": network.line.mbit_s, "mbit_s": (network.bytes - before) * 8e-6 / (until_s - at_s)})
+    report = server.end()
+    found = json.loads(network.connection.recv(1 << 22))
+    network.close()
+    soonest = min(at - due for due, at, _ in found["came"])
+    return {"line": carried, "report": report["live"], "spheres": [{"at_s": round(at - began, 3), "later_s": round(at - due - soonest, 3), "crf": crf} for due, at, crf in found["came"]],
+            "problem": found["problem"]}
+
+
+class Logged:
+    """A server whose lines are noted as they come."""
+
+    def __init__(self, programs, stream, port, *words):
+        self.process = subprocess.Popen([programs / "equistream-serve", *map(str, (stream, "--listen", f"tcp://{port}", "--progress", "json", "--open", *words))],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.url = self.process.stdout.readline().removeprefix("listening on ").strip()
+        self.began, self.events = time.monotonic(), []
+        threading.Thread(target=self.listen, daemon=True).start()
+
+    def listen(self):
+        for line in self.process.stderr:
+            self.events.append((time.monotonic(), json.loads(line)))
+
+    def wait(self, what, after=0.0):
+        """When the first such event came."""
+        for _ in range(6000):
+            for at, event in self.events:
+                if at >= after and event["event"] == what:
+                    return at, event["detail"]
+            time.sleep(0.01)
+        raise Failed(f"a server: expected the event '{what}' within a minute, found {[event for _, event in self.events]}")
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+def viewed(programs, display, url):
+    return subprocess.Popen([programs / "equistream-view", url, "--size", "320x180", "--json"], env=display.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def faults(options, steps, keep):
+    from display import Display
+    make_inputs(steps)
+    display, stream = Display(), steps.work / "motion.mkv"
+    found = {"server killed, back after 2 s": [], "viewer killed": []}
+    for _ in range(3):
+        server = Logged(options.bin, stream, ":0", "--loop")
+        viewer = viewed(options.bin, display, server.url)
+        server.wait("came")
+        time.sleep(3)
+        server.kill()
+        time.sleep(2)
+        server = Logged(options.bin, stream, ":" + server.url.rsplit(":", 1)[1], "--loop")
+        found["server killed, back after 2 s"].append({"back_to_connected_s": round(server.wait("came")[0] - server.began, 3)})
+        time.sleep(2)
+        killed = time.monotonic()
+        viewer.kill()
+        viewer.wait()
+        found["viewer killed"].append({"noticed_s": round(server.wait("left", killed)[0] - killed, 3)})
+        server.kill()
+    display.close()
+    found["line cut without a word"] = in_a_child(lambda: cut_off(options.bin, stream))
+    keep("faults", found)
+
+
+def cut_off(programs, stream):
+    network = Network(Line(), 1, receive)
+    server = Logged(programs, stream, f"{SERVER}:9000", "--loop")
+    network.begin()
+    network.connection.send(address("tcp"))
+    server.wait("came")
+    time.sleep(3)
+    network.line = Line(loss=1)
+    cut = time.monotonic()
+    dropped, why = server.wait("dropped")
+    problem = json.loads(network.connection.recv(1 << 22))["problem"]
+    result = {"viewer_gives_up_s": round(time.monotonic() - cut, 3), "it_says": problem.split(": ", 1)[-1], "server_gives_up_s": round(dropped - cut, 3), "server_says": why}
+    server.kill()
+    network.close()
+    return result
+
+
+def decibels(mean_square):
+    return -10 * math.log10(mean_square)
+
+
+def line_rows(rows):
+    """A line and a way each: what a viewer loses beside a line that loses nothing, over all seeds."""
+    def of(line, way):
+        return [row for row in rows if (row["line"], row["way"]) == (line, way) and "mean_square" in row]
+
+    def mean(found, *keys):
+        return statistics.mean(functools.reduce(operator.getitem, keys, row) for row in found)
+
+    whole = of("nothing lost", "tcp")
+    for line in LINES:
+        for way in WAYS:
+            if found := of(line, way):
+                yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1),
+                       cell(decibels(mean(whole, "mean_square")) - decibels(mean(found, "mean_square"))), cell(min(row["worst_db"] for row in found), 1),
+                       cell(mean(found, "age_ms", "mean"), 0), cell(max(row["age_ms"]["max"] for row in found), 0), str(sum(row["cuts"] for row in found))]
+
+
+def live_rows(found):
+    for part, end_s in zip(found["line"], [*(part["from_s"] for part in found["line"][1:]), LIVE_S]):
+        spheres = [sphere for sphere in found["spheres"] if part["from_s"] <= sphere["at_s"] < end_s]
+        later = sorted(sphere["later_s"] for sphere in spheres)
+        settled = [sphere for sphere in spheres if sphere["at_s"] >= part["from_s"] + SETTLED_S]
+        yield [f"{part['from_s']} s", "no limit" if part["line_mbit_s"] > 1e6 else cell(part["line_mbit_s"]), cell(part["mbit_s"]), str(len(spheres)),
+               cell(statistics.median(later)), cell(later[-1]), cell(max(sphere["later_s"] for sphere in settled)), cell(statistics.mean(sphere["crf"] for sphere in settled), 1)]
+
+
+def write_page(found, page):
+    text = page.read_text()
+    if "lines" in found:
+        text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "lost to the viewer, dB", "worst refresh, dB", "age, ms", "oldest, ms", "cuts"], line_rows(found["lines"])))
+    if "live" in found:
+        text = place(text, "live", "stream", table(["from", "the line carries, Mbit/s", "sent, Mbit/s", "spheres", "later, median, s", "latest, s", f"latest after {SETTLED_S} s", "CRF then"],
+                                                   live_rows(found["live"])))
+    write_whole(page, text)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bin", type=pathlib.Path, help="folder of the built programs; without it only the tables are made again")
+    parser.add_argument("--other-bin", type=pathlib.Path, help="the same, of a server that leaves congestion control to the system")
+    parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
+    parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
+    parser.add_argument("--parts", default="lines,live,faults", help="which of them")
+    parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
+    options = parser.parse_args()
+    if not options.bin:
+        return write_page(json.loads(options.out.read_text()), options.page)
+    options.bin = options.bin.resolve()
+    options.work.mkdir(parents=True, exist_ok=True)
+    steps = Steps(options.work.resolve(), options.bin, {}, {"sphere": SPHERE, "eyes": EYES, "seconds": SECONDS})
+    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
+
+    def keep(part, found):
+        kept.update({"command": "tests/study/network/streaming.py --bin BIN --work W --out docs/results/stream.json", **provenance(options.bin, TESTS.parent), part: found})
+        write_whole(options.out, json.dumps(kept, indent=1) + "\n")
+
+    for part in options.parts.split(","):
+        {"lines": lines, "live": live, "faults": faults}[part](options, steps, keep)
+    write_page(kept, options.page)
+
+
+if __name__ == "__main__":
+    run_as_program(main)

@@ -1,0 +1,118 @@
+/// How a live stream follows what a line carries, on lines that do not exist.
+#include <programs/serve/rate.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+#include <vector>
+
+namespace equistream::serve {
+namespace {
+
+constexpr double sphere_s = 0.2;
+/// Of a sphere, coded as asked for.
+constexpr double sphere_bits = 1e6;
+
+/// Spheres of which six steps of CRF halve the bits go down a line, one after another. Each fifth begins a group, with
+/// which a line that is behind goes on.
+struct Watched {
+    explicit Watched(std::optional<double> most_bps) : rate(most_bps) {}
+
+    void go_on(double seconds, double line_bps) {
+        for (const double end_s = now_s + seconds; now_s < end_s; now_s += sphere_s) {
+            drain(line_bps);
+            if (number++ % 5 == 0 && waiting.size() > 1 && now_s - waiting.front().first > 0.5)
+                waiting.erase(waiting.begin() + 1, waiting.end());
+            const double bits = sphere_bits * std::exp2(-rate.coarser() / 6);
+            rate.coded(now_s, std::size_t(bits / 8), rate.coarser());
+            rate.delivered(now_s, 1,
+                           {std::int64_t(sent_bits / 8), waiting.empty() ? 0 : now_s - waiting.front().first});
+            waiting.emplace_back(now_s, bits);
+            behind_s.push_back(now_s - waiting.front().first);
+            bps.push_back(bits / sphere_s);
+        }
+    }
+
+    void drain(double line_bps) {
+        double can_bits = line_bps * sphere_s;
+        while (!waiting.empty() && can_bits > 0) {
+            const double taken = std::min(can_bits, waiting.front().second);
+            sent_bits += taken;
+            can_bits -= taken;
+            waiting.front().second -= taken;
+            if (waiting.front().second <= 0)
+                waiting.pop_front();
+        }
+    }
+
+    double latest_of_last(int spheres) const { return *std::max_element(behind_s.end() - spheres, behind_s.end()); }
+    double mean_bps_of_last(int spheres) const {
+        double sum = 0;
+        for (auto one = bps.end() - spheres; one != bps.end(); ++one)
+            sum += *one;
+        return sum / spheres;
+    }
+
+    RateControl rate;
+    double now_s = 0, sent_bits = 0;
+    int number = 0;
+    std::deque<std::pair<double, double>> waiting;  // since when, bits
+    std::vector<double> behind_s, bps;
+};
+
+TEST(RateControl, LeavesALineAloneThatCarriesAll) {
+    Watched watched(std::nullopt);
+    watched.go_on(20, 20e6);
+    EXPECT_EQ(watched.rate.coarser(), 0);
+    EXPECT_FALSE(watched.rate.line_bps());
+}
+
+TEST(RateControl, FollowsALineThatCarriesATenthAndComesBack) {
+    Watched watched(std::nullopt);
+    watched.go_on(5, 20e6);
+    watched.go_on(20, 0.5e6);  // a tenth of 5 Mbit/s
+    EXPECT_GT(watched.rate.coarser(), 15);
+    EXPECT_LT(watched.latest_of_last(25), 1) << "of the last five seconds";
+    EXPECT_GT(watched.mean_bps_of_last(50), 0.3e6) << "it is used";
+    EXPECT_LT(watched.mean_bps_of_last(50), 0.55e6);
+    watched.go_on(20, 20e6);
+    EXPECT_EQ(watched.rate.coarser(), 0);
+}
+
+TEST(RateControl, KeepsToWhatItIsTold) {
+    Watched watched(1e6);
+    watched.go_on(10, 20e6);
+    EXPECT_NEAR(watched.mean_bps_of_last(25), 1e6, 0.05e6);
+    EXPECT_NEAR(watched.rate.limit_bps(), 1e6, 1);
+    watched.go_on(20, 0.5e6);  // and to the line where that carries less
+    EXPECT_LT(watched.mean_bps_of_last(50), 0.55e6);
+}
+
+TEST(RateControl, GivesUpSoMuchAndNoMore) {
+    Watched watched(1e4);
+    watched.go_on(10, 20e6);
+    EXPECT_EQ(watched.rate.coarser(), RateControl::coarsest);
+}
+
+TEST(RateControl, BeginsAnewWithAnotherViewer) {
+    Watched watched(std::nullopt);
+    watched.go_on(10, 0.5e6);
+    ASSERT_TRUE(watched.rate.line_bps());
+    watched.rate.delivered(watched.now_s, 2, {0, 0});
+    EXPECT_FALSE(watched.rate.line_bps());
+    EXPECT_EQ(watched.rate.coarser(), 0);
+}
+
+TEST(RateControl, TakesFromTheWindowFirstAndFromTheSphereLast) {
+    EXPECT_EQ(divided(6, true).window, 6);
+    EXPECT_EQ(divided(6, true).base, 0);
+    EXPECT_EQ(divided(18, true).window, 18);
+    EXPECT_EQ(divided(18, true).base, 6);
+    EXPECT_EQ(divided(18, false).base, 18);
+}
+
+}  // namespace
+}  // namespace equistream::serve

@@ -1,0 +1,55 @@
+/// What viewers of a recorded stream are sent who keep up, and who do not.
+#include <programs/serve/programmes.h>
+#include <tests/unit/plugin/stream/synthetic.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+#include <string>
+
+namespace equistream::serve {
+namespace {
+
+/// The pictures of tiles and of main that a viewer gets who asks for bytes so much later than they are due.
+struct Counts {
+    int tiles = 0, main = 0;
+};
+
+Counts sent_to_one_behind_by(Programme& programme, double behind_s, const std::filesystem::path& file) {
+    const auto feed = programme.open_feed();
+    std::ofstream sent(file, std::ios::binary);
+    std::array<char, 1 << 16> block;
+    double elapsed_s = behind_s;
+    for (;;) {
+        const Portion portion = feed->next(block, elapsed_s);
+        EXPECT_EQ(portion.problem, "");
+        if (portion.ended || !portion.problem.empty())
+            break;
+        sent.write(block.data(), std::streamsize(portion.bytes));
+        if (portion.again_s)
+            elapsed_s = *portion.again_s + behind_s;
+    }
+    sent.close();
+    StreamReader reader(file.string());
+    Counts counts;
+    while (const auto picture = reader.next())
+        ++(picture->role == TrackRole::window ? counts.tiles : counts.main);
+    return counts;
+}
+
+TEST(TiledRecordings, GiveAViewerBehindTheBaseAlone) {
+    const synthetic::Folder folder;
+    const synthetic::MadeTiles made{.grid = {8, 4}, .pictures = 24, .gop = 10};
+    synthetic::write(folder / "tiles.mkv", made);
+    const auto programme = open_recording((folder / "tiles.mkv").string(), false);
+    const Counts level = sent_to_one_behind_by(*programme, 0, folder / "level.mkv");
+    const Counts behind = sent_to_one_behind_by(*programme, 100, folder / "behind.mkv");
+    EXPECT_EQ(level.main, 24);
+    EXPECT_EQ(behind.main, 24) << "the base is never left out";
+    EXPECT_GT(level.tiles, 24);
+    EXPECT_EQ(behind.tiles, 32) << "the first moment's, by which readers know each track";
+}
+
+}  // namespace
+}  // namespace equistream::serve
