@@ -28,6 +28,7 @@ find_package(OpenSSL 3 REQUIRED)
 find_path(EQUISTREAM_BOOST_INCLUDE boost/beast.hpp REQUIRED)
 add_library(equistream_beast INTERFACE)
 target_include_directories(equistream_beast SYSTEM INTERFACE ${EQUISTREAM_BOOST_INCLUDE})
+target_link_libraries(equistream_beast INTERFACE OpenSSL::SSL)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)

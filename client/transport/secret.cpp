@@ -1,5 +1,7 @@
 #include "secret.h"
 
+#include "private_file.h"
+
 #include <equistream/error.h>
 #include <equistream/text.h>
 
@@ -7,14 +9,8 @@
 #include <openssl/rand.h>
 #include <openssl/ssl.h>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 
 namespace equistream {
 
@@ -100,28 +96,14 @@ void require_secret(const std::string& secret, const std::string& where) {
 }
 
 std::string read_or_make_secret(const std::filesystem::path& file) {
-    const std::string name = file.string();
-    const int made = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
-    if (made >= 0) {
-        const std::string secret = make_secret(), line = secret + "\n";
-        const bool whole = ::write(made, line.data(), line.size()) == ssize_t(line.size());
-        if (::close(made) == 0 && whole)
-            return secret;
-        ::unlink(name.c_str());
-        throw WorkError(name + ": could not be written");
-    }
-    if (errno != EEXIST)
-        throw InputError(name + ": cannot be made: " + std::strerror(errno));
-    std::error_code error;
-    const auto open_to_others = std::filesystem::status(file, error).permissions() &
-                                (std::filesystem::perms::group_all | std::filesystem::perms::others_all);
-    if (open_to_others != std::filesystem::perms::none)
-        throw InputError(expected_found(name, "a secret's file that is its owner's alone (chmod 600)", "others' too"));
-    std::ifstream stream(file);
     std::string secret;
-    if (!std::getline(stream, secret))
-        throw InputError(expected_found(name, "a file whose first line is a secret", "none"));
-    require_secret(secret, name);
+    if (make_private_file(file, [&] { return (secret = make_secret()) + "\n"; }))
+        return secret;
+    const std::string text = read_private_file(file);
+    if (text.empty())
+        throw InputError(expected_found(file.string(), "a file whose first line is a secret", "none"));
+    secret = text.substr(0, text.find('\n'));
+    require_secret(secret, file.string());
     return secret;
 }
 

@@ -330,6 +330,11 @@ function relative(url) {
     return target.href;
 }
 
+/// The server's secret, which stands behind # in its address: that is the part which browsers send nowhere.
+function keyOfAddress() {
+    return location.hash.length > 1 ? "?key=" + encodeURIComponent(decodeURIComponent(location.hash.slice(1))) : "";
+}
+
 function start() {
     try {
         if (!globalThis.VideoDecoder)
@@ -339,7 +344,7 @@ function start() {
         if (words.has("src"))
             page.openUrl(relative(words.get("src")));
         else if (words.has("live"))
-            page.openLive(relative(words.get("live")).replace(/^http/, "ws"));
+            page.openLive(relative(words.get("live")).replace(/^http/, "ws") + keyOfAddress());
     } catch (error) {
         of("problem").textContent = error.message;
         if (!(error instanceof StreamError))

@@ -1,4 +1,5 @@
 /// equistream serve: a recorded stream, or a scene as it is rendered, to viewers over the network.
+#include "certificate.h"
 #include "children.h"
 #include "live.h"
 #include "programmes.h"
@@ -28,7 +29,8 @@ namespace {
 constexpr double max_patience_s = 86400;
 
 struct Options {
-    std::string command, source, listen, web, secret_file;
+    std::string command, source, listen, web, secret_file, certificate;
+    std::string fingerprint;        ///< of the certificate by which browsers come; empty: they come by http://
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
     std::string progress = "auto";
@@ -51,12 +53,16 @@ void check(const Options& options) {
 }
 
 /// For scripts that wait for it. `web`: where browsers go, or empty.
-void say_listening(const std::string& url, const std::string& web, bool json) {
+void say_listening(const Options& options, const std::string& url, const std::string& web) {
     nlohmann::ordered_json line{{"listening", url}};
     if (!web.empty())
         line["web"] = web;
-    std::printf("%s\n", json ? json_text(line).c_str()
-                             : ("listening on " + url + (web.empty() ? "" : ", for browsers on " + web)).c_str());
+    if (!options.fingerprint.empty())
+        line["certificate"] = options.fingerprint;
+    std::string text = "listening on " + url + (web.empty() ? "" : ", for browsers on " + web);
+    if (!options.fingerprint.empty())
+        text += "\ncertificate's SHA-256, which browsers show: " + options.fingerprint;
+    std::printf("%s\n", options.json ? json_text(line).c_str() : text.c_str());
     if (std::fflush(stdout) != 0)
         throw WorkError("standard output: could not be written");
 }
@@ -137,43 +143,75 @@ void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_en
                                      "docs/security.md)");
 }
 
-/// Of --web: PORT on this machine alone, or HOST:PORT.
-WebSettings web_settings(const Options& options) {
-    const bool has_host = options.web.find(':') != std::string::npos;
-    const auto address = parse_server_address((has_host ? "tcp://" : "tcp://:") + options.web);
-    cli::require(address.has_value(), "--web", "PORT or HOST:PORT", "'" + options.web + "'");
+constexpr std::string_view https = "https://";
+
+bool has_https(const Options& options) {
+    return options.web.starts_with(https);
+}
+
+/// Of --web: PORT on this machine alone, HOST:PORT, or https://HOST:PORT, whose fingerprint is noted.
+WebSettings web_settings(Options& options) {
+    const bool has_tls = has_https(options);
+    const std::string place = has_tls ? options.web.substr(https.size()) : options.web;
+    const bool has_host = place.find(':') != std::string::npos;
+    const auto address = parse_server_address((has_host ? "tcp://" : "tcp://:") + place);
+    cli::require(address.has_value(), "--web", "PORT, HOST:PORT or https://HOST:PORT", "'" + options.web + "'");
+    cli::require(has_tls || options.certificate.empty(), "--certificate", "--web https://HOST:PORT beside it",
+                 options.web);
     const asio::ip::tcp::endpoint endpoint = resolve(*address, "--web");
-    if (!endpoint.address().is_loopback()) {
-        cli::require(options.open, "--web " + options.web, needs_open, "neither");
+    WebSettings settings{.address = endpoint.address().to_string(),
+                         .port = endpoint.port(),
+                         .patience_s = options.live.settings.server.patience_s,
+                         .page = read_web_page(cli::own_folder())};
+    if (has_tls) {
+        const Certificate certificate =
+            options.certificate.empty() ? make_certificate() : read_or_make_certificate(options.certificate);
+        settings.certificate_pem = certificate.pem;
+        options.fingerprint = certificate.fingerprint;
+    } else if (!endpoint.address().is_loopback()) {
+        cli::require(options.open, "--web " + options.web,
+                     "https:// before it, or --open, by which everybody can watch", "neither");
         say_who_can_come(options.live.settings.server.log, "the page of --web " + options.web, false);
     }
-    return {.address = endpoint.address().to_string(),
-            .port = endpoint.port(),
-            .patience_s = options.live.settings.server.patience_s,
-            .page = read_web_page(cli::own_folder())};
+    return settings;
 }
 
 /// Where viewers may come, and what ends it.
 struct Entrance {
     asio::io_context io{1};
     ServerAddress wanted;
-    std::string secret;  ///< of tcp:// none
+    bool needs_secret;   ///< of viewers or of browsers
+    std::string secret;  ///< empty: none is needed
     std::unique_ptr<Door> door;
     asio::signal_set stop;
     ServerAddress address;  ///< as it listens; with the secret where nobody else knows it
+    bool is_new = false;    ///< the secret was made here
 
     /// Browsers need no --listen; there is a port for other viewers all the same.
     explicit Entrance(const Options& options)
         : wanted(listen_address(options.listen.empty() ? "tcp://:0" : options.listen)),
-          secret(is_encrypted(wanted.scheme) ? secret_for(wanted, options.secret_file) : ""),
+          needs_secret(is_encrypted(wanted.scheme) || has_https(options)),
+          secret(needs_secret ? secret_for(wanted, options.secret_file) : ""),
           door(std::make_unique<Door>(io, wanted, secret, options.live.settings.server.patience_s, "--listen")),
           stop(io, SIGINT, SIGTERM), address(door->address()) {
         const bool is_safe = is_encrypted(wanted.scheme);
-        cli::require(is_safe || options.secret_file.empty(), "--secret-file", "--listen tls:// beside it",
-                     wanted.text());
+        cli::require(needs_secret || options.secret_file.empty(), "--secret-file",
+                     "--listen tls:// or --web https:// beside it", wanted.text());
         cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(), needs_open, "neither");
-        if (wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr)
+        is_new = wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr;
+        if (is_safe && is_new)
             address.secret = secret;
+    }
+
+    ServerSettings with_secret(ServerSettings settings) const {
+        if (settings.web && !settings.web->certificate_pem.empty())
+            settings.web->secret = secret;
+        return settings;
+    }
+
+    /// Where browsers go; with the secret where nobody else knows it.
+    std::string web_text(const Options& options, const std::string& url) const {
+        return has_https(options) && is_new ? url + "#" + secret : url;
     }
 
     /// Says who can come.
@@ -205,13 +243,14 @@ void run_recorded(const Options& options) {
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
     const std::unique_ptr<Programme> recording = open_recording(file, options.loop);
     entrance.open(options.live.settings.server.log);
-    Server server(entrance.io, std::move(entrance.door), *recording, options.live.settings.server);
+    Server server(entrance.io, std::move(entrance.door), *recording,
+                  entrance.with_secret(options.live.settings.server));
     entrance.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
             server.stop();
     });
     server.start();
-    say_listening(entrance.address.text_with_secret(), server.web_url(), options.json);
+    say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, server.web_url()));
     entrance.io.run();
     report(options, server.figures());
 }
@@ -221,12 +260,12 @@ void run_live(const Options& options) {
     Entrance entrance(options);
     std::signal(SIGPIPE, SIG_IGN);
     std::optional<cli::ScratchFolder> scratch;
-    const LiveSettings settings =
-        live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
+    LiveSettings settings = live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
+    settings.server = entrance.with_secret(settings.server);
     entrance.open(options.live.settings.server.log);
     report(options,
            serve_live(entrance.io, entrance.stop, std::move(entrance.door), settings, [&](const std::string& web) {
-               say_listening(entrance.address.text_with_secret(), web, options.json);
+               say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, web));
            }));
 }
 
@@ -242,14 +281,19 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     app.add_option("--listen", options.listen,
                    "tcp://HOST:PORT, or tls://HOST:PORT for viewers that know a secret, encrypted; without a host this "
                    "machine alone can connect (127.0.0.1), port 0 is one that is free. Required without --web");
-    app.add_option("--web", options.web,
-                   "PORT or HOST:PORT of a page that shows the stream in a browser; without a host this machine alone "
-                   "can open it");
+    app.add_option(
+        "--web", options.web,
+        "PORT or HOST:PORT of a page that shows the stream in a browser, or https://HOST:PORT, encrypted and "
+        "for those who know the secret; without a host this machine alone can open it");
+    app.add_option(
+        "--certificate", options.certificate,
+        "Of https://: a file (PEM) with a private key and its certificate; one that vouches for itself is made "
+        "where it is not there. Without it each start makes a new one");
     app.add_option("--secret-file", options.secret_file,
-                   "Of tls://: its first line is the secret; made where it is not there. Without it the "
+                   "Of tls:// and https://: its first line is the secret; made where it is not there. Without it the "
                    "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
     app.add_flag("--open", options.open,
-                 "With tcp:// or --web beyond this machine: everybody who reaches it can watch and steer");
+                 "With tcp:// or --web HOST:PORT beyond this machine: everybody who reaches it can watch and steer");
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
     app.add_option("--per-address", server.per_address,
                    "Of them from one address (default: 4, and any number from this machine)");

@@ -16,6 +16,10 @@ struct WebSettings {
     std::uint16_t port = 0;  ///< 0: one that is free
     double patience_s = 10;  ///< with one that does not say what it wants, or does not listen
     std::string page{};      ///< HTML
+    /// Of https://, its private key among it (certificate.h); empty: http://.
+    std::string certificate_pem{};
+    /// What browsers must say to get the stream, as "/stream?key=SECRET"; empty: nothing.
+    std::string secret{};
 };
 
 /// The page beside the programs, in share/equistream. Throws InputError where it is not there.
@@ -40,7 +44,8 @@ public:
     /// `server_end` is one end of a stream of bytes; the viewer is at this address and port.
     using Welcome = std::function<void(Descriptor server_end, const std::string& address, std::uint16_t port)>;
 
-    /// Takes the address. `welcome` is called in a thread of the door's. Throws InputError where the address is taken.
+    /// Takes the address. `welcome` is called in a thread of the door's. Throws InputError where the address is taken,
+    /// boost::system::system_error where OpenSSL does not take the certificate.
     WebDoor(WebSettings settings, Welcome welcome);
     /// Waits up to two seconds for what is still on its way to browsers, and closes all connections.
     ~WebDoor();
@@ -49,7 +54,7 @@ public:
     void start();
     void stop_accepting();
 
-    /// "http://127.0.0.1:8080/"
+    /// "http://127.0.0.1:8080/", with this machine's name where all its addresses are listened on. Without the secret.
     const std::string& url() const { return url_; }
 
 private:

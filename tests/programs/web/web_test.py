@@ -4,12 +4,14 @@ usage: web_test.py BIN_DIR [Accuracy | Streams | Headset | Serve]
 """
 
 import base64
+import hashlib
 import http.client
 import json
 import math
 import pathlib
 import random
 import shutil
+import ssl
 import struct
 import subprocess
 import sys
@@ -409,12 +411,13 @@ def multiplied(p, q):
 class Serve(Web):
     """`serve --web` hands out the page, streams to it, and hears where its head is."""
 
-    def serve(self, *words):
-        server = subprocess.Popen([PROGRAMS.folder / "equistream", "serve", *map(str, words), "--web", "0", "--json",
+    def serve(self, *words, web="0"):
+        server = subprocess.Popen([PROGRAMS.folder / "equistream", "serve", *map(str, words), "--web", web, "--json",
                                    "--progress", "none"], stdout=subprocess.PIPE, text=True)
         self.addCleanup(server.wait)
         self.addCleanup(server.kill)
-        return server, json.loads(server.stdout.readline())["web"]
+        self.said_first = json.loads(server.stdout.readline())
+        return server, self.said_first["web"]
 
     def end(self, server):
         server.terminate()
@@ -456,6 +459,66 @@ class Serve(Web):
         self.assertEqual(self.status(url, **upgrade), 403)
         self.assertEqual(self.status(url, **upgrade, Origin="http://evil.example"), 403)
         self.assertEqual(self.status(url, **upgrade, Origin=f"http://{host}"), 101)
+
+    def test_https_for_those_who_know_the_secret(self):
+        """The certificate is checked as a client checks one that it trusts, and in Chromium as its user does who goes on."""
+        stream = self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1)
+        pem = self.root / "server.pem"
+        server, url = self.serve(stream, "--certificate", pem, web="https://127.0.0.1:0")
+        self.assertEqual(pem.stat().st_mode & 0o077, 0)
+        address, secret = url.split("/#")
+        host = address.removeprefix("https://")
+        trusted = ssl.create_default_context(cafile=pem)
+        certificate = ssl.PEM_cert_to_DER_cert("-----BEGIN CERT" + pem.read_text().split("-----BEGIN CERT")[1])
+        digest = hashlib.sha256(certificate).hexdigest().upper()
+        self.assertEqual(self.said_first["certificate"].replace(":", ""), digest)
+
+        def status(target, **headers):
+            connection = http.client.HTTPSConnection(host, timeout=30, context=trusted)
+            self.addCleanup(connection.close)
+            connection.request("GET", target, headers={
+                "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+                "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==", "Origin": address, **headers})
+            return connection.getresponse().status
+
+        self.assertEqual(status("/stream"), 403)
+        self.assertEqual(status("/stream?key=" + secret[:-1]), 403)
+        self.assertEqual(status("/stream?key=" + secret, Origin="https://evil.example"), 403)
+        self.assertEqual(status("/stream?key=%" + secret[0].encode().hex() + secret[1:]), 101)
+        with self.assertRaises((OSError, http.client.HTTPException)):
+            self.status("http://" + host)
+
+        self.browser.call("Security.setIgnoreCertificateErrors", ignore=True)
+        self.browser.call("Page.navigate", url=url)  # which leads on to the page, with what stands behind #
+        self.browser.wait_for("globalThis.equistream?.times.firstPicture")
+        self.browser.wait_for(f"equistream.shownFrame.frame.index === {FRAMES - 1}")
+        self.assertEqual(self.said(), "")
+        self.assertGreaterEqual(self.end(server)["viewers"], 2)
+
+        _, again = self.serve(stream, "--certificate", pem, web="https://127.0.0.1:0")
+        self.assertEqual(self.said_first["certificate"].replace(":", ""), digest)
+        self.assertNotEqual(again.split("#")[1], secret)
+
+    def test_certificates_that_are_none(self):
+        file = self.root / "none.pem"
+        file.write_text("nothing")
+        file.chmod(0o600)
+
+        def refusal(*words):
+            done = subprocess.run([PROGRAMS.folder / "equistream", "serve", self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1),
+                                   *map(str, words)], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            return done.stderr.strip()
+
+        where = f"equistream serve: {file}: expected "
+        self.assertEqual(refusal("--web", "https://:0", "--certificate", file),
+                         where + "a private key and its certificate, as PEM without a password, found something else")
+        file.chmod(0o644)
+        self.assertEqual(refusal("--web", "https://:0", "--certificate", file),
+                         where + "a secret's file that is its owner's alone (chmod 600), found others' too")
+        self.assertEqual(refusal("--web", "0", "--certificate", file),
+                         "equistream serve: --certificate: expected --web https://HOST:PORT beside it, found 0")
+        self.assertIn("https:// before it, or --open", refusal("--web", "0.0.0.0:0"))
 
 
 if __name__ == "__main__":

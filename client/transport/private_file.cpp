@@ -1,0 +1,43 @@
+#include "private_file.h"
+
+#include <equistream/error.h>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+namespace equistream {
+
+bool make_private_file(const std::filesystem::path& file, const std::function<std::string()>& text) {
+    const std::string name = file.string();
+    const int made = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
+    if (made < 0 && errno == EEXIST)
+        return false;
+    if (made < 0)
+        throw InputError(name + ": cannot be made: " + std::strerror(errno));
+    const std::string content = text();
+    const bool whole = ::write(made, content.data(), content.size()) == ssize_t(content.size());
+    if (::close(made) == 0 && whole)
+        return true;
+    ::unlink(name.c_str());
+    throw WorkError(name + ": could not be written");
+}
+
+std::string read_private_file(const std::filesystem::path& file) {
+    std::error_code error;
+    const auto open_to_others = std::filesystem::status(file, error).permissions() &
+                                (std::filesystem::perms::group_all | std::filesystem::perms::others_all);
+    if (open_to_others != std::filesystem::perms::none)
+        throw InputError(
+            expected_found(file.string(), "a secret's file that is its owner's alone (chmod 600)", "others' too"));
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream)
+        throw InputError(expected_found(file.string(), "a file that can be read", "none"));
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+}  // namespace equistream

@@ -1,0 +1,291 @@
+#pragma once
+/// Browsers' connections to web_door.cpp, which alone sees this: what they ask for by HTTP, and the stream by
+/// WebSocket. `Stream` is plain TCP, or TLS over it.
+#include "web_door.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+
+#include <openssl/crypto.h>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+namespace equistream::serve {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+namespace net = boost::asio;
+using net::ip::tcp;
+using Error = boost::system::error_code;
+using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+
+inline constexpr std::size_t largest_header = 8192;
+/// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
+inline constexpr int most_asking = 64, most_asking_from_one = 16;
+
+/// The name without its port: "127.0.0.1:80" or "[::1]:80".
+inline std::string_view name_of(std::string_view host) {
+    const auto end = host.starts_with('[') ? host.find(']') : host.rfind(':');
+    return host.substr(0, end == std::string_view::npos ? end : end + (host.starts_with('[') ? 1 : 0));
+}
+
+/// Where only this machine is listened to, nobody may come here by another name. Else a stranger's name that leads here
+/// would let the stranger's pages in.
+inline bool is_own_name(std::string_view host) {
+    const std::string_view name = name_of(host);
+    return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
+}
+
+/// Whether a page from this server asks.
+inline bool is_own_page(std::string_view origin, std::string_view host) {
+    return origin == "http://" + std::string(host) || origin == "https://" + std::string(host);
+}
+
+/// What stands behind "?key=", without its percent signs.
+inline std::string key_in(std::string_view target) {
+    constexpr std::string_view before = "?key=";
+    const auto at = target.find(before);
+    std::string key;
+    if (at == target.npos)
+        return key;
+    for (target.remove_prefix(at + before.size()); !target.empty() && target.front() != '&';) {
+        unsigned char number = 0;
+        const char* const digits = target.data() + 1;
+        if (target.front() == '%' && target.size() > 2 &&
+            std::from_chars(digits, digits + 2, number, 16).ptr == digits + 2) {
+            key += char(number);
+            target.remove_prefix(3);
+        } else {
+            key += target.front();
+            target.remove_prefix(1);
+        }
+    }
+    return key;
+}
+
+/// Takes as long wherever they differ.
+inline bool is_same_secret(const std::string& said, const std::string& secret) {
+    return said.size() == secret.size() && CRYPTO_memcmp(said.data(), secret.data(), secret.size()) == 0;
+}
+
+/// Between a WebSocket and one end of a pair of local sockets, both ways. What is not read on one side is not read on
+/// the other: the server's viewer keeps to its limits.
+template <typename Stream>
+class Bridge : public std::enable_shared_from_this<Bridge<Stream>> {
+public:
+    Bridge(websocket::stream<Stream> browser, net::local::stream_protocol::socket server)
+        : browser_(std::move(browser)), server_(std::move(server)) {}
+
+    void start() {
+        browser_.binary(true);
+        send();
+        hear();
+    }
+
+private:
+    void send() {
+        server_.async_read_some(net::buffer(block_), [self = this->shared_from_this()](Error error, std::size_t count) {
+            if (error)
+                return self->end();
+            self->has_sent_ = true;
+            self->browser_.async_write(net::buffer(self->block_, count), [self](Error failed, std::size_t) {
+                if (failed)
+                    return self->hang_up();
+                self->send();
+            });
+        });
+    }
+
+    /// The server has said all.
+    void end() {
+        const websocket::close_reason reason =
+            has_sent_ ? websocket::close_reason(websocket::close_code::normal)
+                      : websocket::close_reason(websocket::close_code::try_again_later, "no room for another viewer");
+        browser_.async_close(reason, [self = this->shared_from_this()](Error) { self->hang_up(); });
+    }
+
+    void hear() {
+        browser_.async_read(heard_, [self = this->shared_from_this()](Error error, std::size_t) {
+            if (error)
+                return self->hang_up();
+            net::async_write(self->server_, self->heard_.data(), [self](Error failed, std::size_t) {
+                if (failed)
+                    return;  // it is ending
+                self->heard_.consume(self->heard_.size());
+                self->hear();
+            });
+        });
+    }
+
+    void hang_up() {
+        Error ignored;
+        server_.close(ignored);
+        beast::get_lowest_layer(browser_).close();
+    }
+
+    websocket::stream<Stream> browser_;
+    net::local::stream_protocol::socket server_;
+    std::array<char, 1 << 16> block_;
+    beast::flat_buffer heard_;
+    bool has_sent_ = false;
+};
+
+/// Who has connected and is no viewer yet.
+class Crowd {
+public:
+    bool has_room_for(const net::ip::address& from) const {
+        const auto same = from_.find(from);
+        return all_ < most_asking && (from.is_loopback() || same == from_.end() || same->second < most_asking_from_one);
+    }
+    void add(const net::ip::address& from) {
+        ++from_[from];
+        ++all_;
+    }
+    void remove(const net::ip::address& from) {
+        --all_;
+        if (const auto same = from_.find(from); --same->second == 0)
+            from_.erase(same);
+    }
+
+private:
+    int all_ = 0;
+    std::map<net::ip::address, int> from_;
+};
+
+/// One that asks for something, by HTTP.
+template <typename Stream>
+class Asking : public std::enable_shared_from_this<Asking<Stream>> {
+public:
+    using Upgrade = std::function<void(websocket::stream<Stream>, http::request<http::empty_body>)>;
+
+    Asking(Stream stream, const WebSettings& settings, bool this_machine_alone, const net::ip::address& from,
+           Crowd& asking, Upgrade upgrade)
+        : stream_(std::move(stream)), settings_(settings), this_machine_alone_(this_machine_alone), from_(from),
+          asking_(asking), upgrade_(std::move(upgrade)) {
+        asking_.add(from_);
+    }
+    ~Asking() { asking_.remove(from_); }
+
+    void begin() {
+        beast::get_lowest_layer(stream_).expires_after(std::chrono::milliseconds(int(1000 * settings_.patience_s)));
+        if constexpr (is_encrypted)
+            stream_.async_handshake(net::ssl::stream_base::server, [self = this->shared_from_this()](Error error) {
+                if (!error)
+                    self->read();
+            });
+        else
+            read();
+    }
+
+private:
+    static constexpr bool is_encrypted = !std::is_same_v<Stream, beast::tcp_stream>;
+
+    void read() {
+        parser_.emplace();
+        parser_->header_limit(largest_header);
+        parser_->body_limit(0);
+        http::async_read(stream_, buffer_, *parser_, [self = this->shared_from_this()](Error error, std::size_t) {
+            if (!error)
+                self->answer();
+        });
+    }
+
+    void answer() {
+        const auto request = parser_->release();
+        const std::string_view host = view(request[http::field::host]), origin = view(request[http::field::origin]);
+        const std::string target(view(request.target()));
+        if (this_machine_alone_ && !is_own_name(host))
+            return say(http::status::forbidden, "this server is known as localhost alone\n", request);
+        if (websocket::is_upgrade(request)) {
+            if (!is_own_page(origin, host))
+                return say(http::status::forbidden, "only the page of this server may have the stream\n", request);
+            if (target != "/stream" && !target.starts_with("/stream?"))
+                return say(http::status::not_found, "the stream is /stream\n", request);
+            if (!settings_.secret.empty() && !is_same_secret(key_in(target), settings_.secret))
+                return say(http::status::forbidden, "the stream wants the key of the address that the server said\n",
+                           request);
+            return accept_viewer(request);
+        }
+        if (request.method() != http::verb::get)
+            return say(http::status::method_not_allowed, "only GET is known here\n", request);
+        if (target == "/")
+            return lead_to_page(request);
+        if (target == "/?live=stream" || target.starts_with("/?live=stream&"))
+            return say(http::status::ok, settings_.page, request, "text/html; charset=utf-8");
+        say(http::status::not_found, "there is the page / alone\n", request);
+    }
+
+    static std::string_view view(boost::beast::string_view text) { return {text.data(), text.size()}; }
+
+    void accept_viewer(const http::request<http::empty_body>& request) {
+        // The WebSocket has times of its own.
+        beast::get_lowest_layer(stream_).expires_never();
+        upgrade_(websocket::stream<Stream>(std::move(stream_)), request);
+    }
+
+    void lead_to_page(const http::request<http::empty_body>& request) {
+        auto response = made(http::status::found, request);
+        response->set(http::field::location, "/?live=stream");
+        send(response);
+    }
+
+    void say(http::status status, const std::string& text, const http::request<http::empty_body>& request,
+             const char* type = "text/plain") {
+        auto response = made(status, request);
+        response->set(http::field::content_type, type);
+        response->body() = text;
+        send(response);
+    }
+
+    using Response = http::response<http::string_body>;
+    static std::shared_ptr<Response> made(http::status status, const http::request<http::empty_body>& request) {
+        auto response = std::make_shared<Response>(status, request.version());
+        response->set("X-Content-Type-Options", "nosniff");
+        response->set("X-Frame-Options", "DENY");
+        response->set("Referrer-Policy", "no-referrer");
+        response->set(http::field::cache_control, "no-cache");
+        response->keep_alive(false);
+        return response;
+    }
+
+    void send(const std::shared_ptr<Response>& response) {
+        response->prepare_payload();
+        http::async_write(stream_, *response, [self = this->shared_from_this(), response](Error, std::size_t) {
+            if constexpr (is_encrypted) {
+                self->stream_.async_shutdown([self](Error) {});
+            } else {
+                Error ignored;
+                self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+            }
+        });
+    }
+
+    Stream stream_;
+    const WebSettings& settings_;
+    bool this_machine_alone_;
+    net::ip::address from_;
+    Crowd& asking_;
+    Upgrade upgrade_;
+    beast::flat_buffer buffer_{largest_header};
+    std::optional<http::request_parser<http::empty_body>> parser_;
+};
+
+}  // namespace equistream::serve
