@@ -38,10 +38,9 @@ from steps import Failed, Steps, provenance, run_as_program, write_whole  # noqa
 
 RESULT, PAGE = (TESTS.parent / "docs/results" / name for name in ("stream.json", "stream.md"))
 SECRET = "a-secret-for-a-measurement"
-SECONDS, SPHERE, EYES, FOV_DEG, REFRESH_HZ = 6, "960x480", "320x180", 90, 30
-FIRST_S = 1.5
-"""Of what is scored: until then the clock learns the line."""
-DELAY_S = 0.02
+SECONDS, SPHERE, EYES, FOV_DEG, REFRESH_HZ = 6, "960x480", "320x180", 90, 90
+FIRST_S, LAST_S = 1.5, 5.5
+"""Of what is scored: until then the clock learns the line, and in the end no sphere follows."""
 LINES = {
     "nothing lost": Line(),
     "1 % lost": Line(loss=0.01),
@@ -65,13 +64,14 @@ def make_inputs(steps):
     from by_play import head_path
     steps.run("scene", "scene", "generate", "motion", "--option", f"seconds={SECONDS}", "--out", "scene")
     write_whole(steps.work / "head.csv", head_path(steps.work / "scene/motion.json"))
-    last = REFRESH_HZ * SECONDS - 2
+    scored = f"{round(FIRST_S * REFRESH_HZ)}-{round(LAST_S * REFRESH_HZ)}"
     quiet = ("--max-bounces", 0, "--progress", "none")
     steps.run("frames", "render", "scene/motion.json", "--frames", f"0-{30 * SECONDS}", "--size", SPHERE, "--spp", 4, "--aovs", "depth,motion,ids", *quiet, "--out", "frames")
     steps.run("truth", "render", "scene/motion.json", "--camera", "perspective", "--eye", "both", "--path", "head.csv", "--fps", REFRESH_HZ,
-              "--frames", f"{round(FIRST_S * REFRESH_HZ)}-{last}", "--size", EYES, "--fov", FOV_DEG, "--spp", 16, *quiet, "--out", "truth")
-    steps.run("encode", "encode", "frames", "--out", "motion.mkv", "--crf", 16, "--depth", "auto", "--motion", "auto", "--progress", "none")
-    return f"{round(FIRST_S * REFRESH_HZ)}-{last}"
+              "--frames", scored, "--size", EYES, "--fov", FOV_DEG, "--spp", 16, *quiet, "--out", "truth")
+    # Of this preset no picture waits for a later one, as in live streams.
+    steps.run("encode", "encode", "frames", "--out", "motion.mkv", "--crf", 16, "--preset", "ultrafast", "--depth", "w10", "--motion", "auto", "--progress", "none")
+    return scored
 
 
 def receive(connection):
@@ -89,15 +89,36 @@ def receive(connection):
         connection.send(json.dumps({"came": came, "problem": problem}).encode())
 
 
-class Served:
-    def __init__(self, programs, *words):
-        self.process = subprocess.Popen([programs / "equistream-serve", *map(str, words), "--open", "--patience", "60", "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                                        text=True, env=dict(os.environ, EQUISTREAM_SECRET=SECRET))
-        json.loads(self.process.stdout.readline())
+class Server:
+    """Whose lines are noted as they come."""
+
+    def __init__(self, programs, source, listen, *words):
+        self.process = subprocess.Popen([programs / "equistream-serve", *map(str, (source, "--listen", listen, "--progress", "json", "--json", "--open", *words))],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ, EQUISTREAM_SECRET=SECRET))
+        self.url = json.loads(self.process.stdout.readline())["listening"]
+        self.began, self.events = time.monotonic(), []
+        threading.Thread(target=self.listen, daemon=True).start()
+
+    def listen(self):
+        for line in self.process.stderr:
+            self.events.append((time.monotonic(), json.loads(line)))
+
+    def wait(self, what, after=0.0):
+        """When the first such event came."""
+        for _ in range(6000):
+            for at, event in self.events:
+                if at >= after and event["event"] == what:
+                    return at, event["detail"]
+            time.sleep(0.01)
+        raise Failed(f"a server: expected the event '{what}' within a minute, found {[event for _, event in self.events]}")
 
     def end(self):
         self.process.send_signal(signal.SIGTERM)
-        return json.loads(self.process.communicate(timeout=60)[0])
+        return json.loads(self.process.stdout.read().splitlines()[-1])
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
 
 
 def address(scheme):
@@ -123,19 +144,18 @@ def recorded(programs, stream, line, way, seed):
     network = Network(line, seed, receive)
     if way == "cubic":
         pathlib.Path("/proc/sys/net/ipv4/tcp_congestion_control").write_text("cubic")
-    server = Served(programs, stream, "--listen", f"{WAYS[way]}://{SERVER}:9000")
+    server = Server(programs, stream, f"{WAYS[way]}://{SERVER}:9000", "--patience", 60)
     network.begin()
     network.connection.send(address(WAYS[way]))
     found = json.loads(network.connection.recv(1 << 22))
-    report = server.end()
+    began, report = server.wait("came")[0], server.end()
     network.close()
-    return {**found, "bytes": report["bytes_sent"], "packets": network.carried + network.lost, "packets_lost": network.lost}
+    return {**found, "began": began, "bytes": report["bytes_sent"], "packets": network.carried + network.lost, "packets_lost": network.lost}
 
 
-def write_trace(file, came):
-    """The soonest sphere took the line's delay; how the two sides' clocks differ is not known better."""
-    ahead = min(at - due for due, at, _ in came) - DELAY_S
-    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at - ahead:.6f}\n" for due, at, _ in came))
+def write_trace(file, came, began):
+    """The server sends the first sphere when a viewer has come, and each other one so much later as its time says."""
+    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at - began + came[0][0]:.6f}\n" for due, at, _ in came))
 
 
 def seen(steps, name, network, scored):
@@ -163,7 +183,7 @@ def lines(options, steps, keep):
                        **{key: found[key] for key in ("bytes", "packets", "packets_lost")}}
                 if found["came"]:
                     key = f"{list(LINES).index(name)}-{way}-{seed}"
-                    write_trace(steps.work / f"{key}.csv", found["came"])
+                    write_trace(steps.work / f"{key}.csv", found["came"], found["began"])
                     row.update(seen(steps, key, f"trace={key}.csv", scored))
                 rows.append(row)
                 print(row, file=sys.stderr, flush=True)
@@ -177,7 +197,7 @@ def live(options, steps, keep):
 
 def watched_live(programs, scene):
     network = Network(Line(), 1, receive)
-    server = Served(programs, scene, *LIVE, "--listen", f"tcp://{SERVER}:9000")
+    server = Server(programs, scene, f"tcp://{SERVER}:9000", *LIVE, "--patience", 60)
     network.begin()
     began = time.monotonic()
     network.connection.send(address("tcp"))
@@ -195,34 +215,6 @@ def watched_live(programs, scene):
             "problem": found["problem"]}
 
 
-class Logged:
-    """A server whose lines are noted as they come."""
-
-    def __init__(self, programs, stream, port, *words):
-        self.process = subprocess.Popen([programs / "equistream-serve", *map(str, (stream, "--listen", f"tcp://{port}", "--progress", "json", "--open", *words))],
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.url = self.process.stdout.readline().removeprefix("listening on ").strip()
-        self.began, self.events = time.monotonic(), []
-        threading.Thread(target=self.listen, daemon=True).start()
-
-    def listen(self):
-        for line in self.process.stderr:
-            self.events.append((time.monotonic(), json.loads(line)))
-
-    def wait(self, what, after=0.0):
-        """When the first such event came."""
-        for _ in range(6000):
-            for at, event in self.events:
-                if at >= after and event["event"] == what:
-                    return at, event["detail"]
-            time.sleep(0.01)
-        raise Failed(f"a server: expected the event '{what}' within a minute, found {[event for _, event in self.events]}")
-
-    def kill(self):
-        self.process.kill()
-        self.process.wait()
-
-
 def viewed(programs, display, url):
     return subprocess.Popen([programs / "equistream-view", url, "--size", "320x180", "--json"], env=display.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
@@ -233,13 +225,13 @@ def faults(options, steps, keep):
     display, stream = Display(), steps.work / "motion.mkv"
     found = {"server killed, back after 2 s": [], "viewer killed": []}
     for _ in range(3):
-        server = Logged(options.bin, stream, ":0", "--loop")
+        server = Server(options.bin, stream, "tcp://:0", "--loop")
         viewer = viewed(options.bin, display, server.url)
         server.wait("came")
         time.sleep(3)
         server.kill()
         time.sleep(2)
-        server = Logged(options.bin, stream, ":" + server.url.rsplit(":", 1)[1], "--loop")
+        server = Server(options.bin, stream, "tcp://:" + server.url.rsplit(":", 1)[1], "--loop")
         found["server killed, back after 2 s"].append({"back_to_connected_s": round(server.wait("came")[0] - server.began, 3)})
         time.sleep(2)
         killed = time.monotonic()
@@ -254,7 +246,7 @@ def faults(options, steps, keep):
 
 def cut_off(programs, stream):
     network = Network(Line(), 1, receive)
-    server = Logged(programs, stream, f"{SERVER}:9000", "--loop")
+    server = Server(programs, stream, f"tcp://{SERVER}:9000", "--loop")
     network.begin()
     network.connection.send(address("tcp"))
     server.wait("came")
