@@ -170,8 +170,9 @@ def seen(steps, name, network, scored):
 
 
 def lines(options, steps, keep):
+    """First all that takes its own time, then what takes a processor's."""
     scored = make_inputs(steps)
-    rows = []
+    rows, traces = [], {}
     for name, line in LINES.items():
         for way in WAYS:
             if way == "cubic" and not options.other_bin:
@@ -181,13 +182,15 @@ def lines(options, steps, keep):
                 found = in_a_child(lambda: recorded(programs, steps.work / "motion.mkv", line, way, seed))
                 row = {"line": name, "way": way, "seed": seed, "spheres": len(found["came"]), "problem": found["problem"],
                        **{key: found[key] for key in ("bytes", "packets", "packets_lost")}}
-                if found["came"]:
-                    key = f"{list(LINES).index(name)}-{way}-{seed}"
-                    write_trace(steps.work / f"{key}.csv", found["came"], found["began"])
-                    row.update(seen(steps, key, f"trace={key}.csv", scored))
                 rows.append(row)
                 print(row, file=sys.stderr, flush=True)
-                keep("lines", rows)
+                if found["came"]:
+                    key = f"{list(LINES).index(name)}-{way}-{seed}"
+                    traces[key] = row
+                    write_trace(steps.work / f"{key}.csv", found["came"], found["began"])
+    for key, row in traces.items():
+        row.update(seen(steps, key, f"trace={key}.csv", scored))
+    keep("lines", rows)
 
 
 def live(options, steps, keep):
