@@ -13,7 +13,7 @@ faults: a server, a viewer and a line that end without a word.
 
 live: `equistream serve SCENE` over a line that carries ever less, and then all again.
 
---other-bin: programs whose server leaves congestion control to the system; the line is set to cubic for them, which most systems have.
+--other-bin: programs whose server leaves congestion control to the system. That is set to Reno for them, which slows down where packets are lost.
 """
 
 import argparse
@@ -51,8 +51,8 @@ LINES = {
     "5 % lost, 200 ms of jitter": Line(loss=0.05, jitter_s=0.2),
     "silence of 1 s": Line(silent=(3, 4)),
 }
-WAYS = {"tcp": "tcp", "tls": "tls", "cubic": "tcp"}
-"""Scheme of the address. cubic: --other-bin's."""
+WAYS = {"tcp": "tcp", "tls": "tls", "reno": "tcp"}
+"""Scheme of the address. reno: --other-bin's."""
 SEEDS = (1, 2)
 LIVE = ("--size", "480x240", "--spp", "4", "--rate", "4")
 LIVE_SHARES = ((0, 1e9), (8, None), (24, 1e9))
@@ -142,8 +142,8 @@ def in_a_child(work):
 
 def recorded(programs, stream, line, way, seed):
     network = Network(line, seed, receive)
-    if way == "cubic":
-        pathlib.Path("/proc/sys/net/ipv4/tcp_congestion_control").write_text("cubic")
+    if way == "reno":
+        pathlib.Path("/proc/sys/net/ipv4/tcp_congestion_control").write_text("reno")
     server = Server(programs, stream, f"{WAYS[way]}://{SERVER}:9000", "--patience", 60)
     network.begin()
     network.connection.send(address(WAYS[way]))
@@ -175,10 +175,10 @@ def lines(options, steps, keep):
     rows, traces = [], {}
     for name, line in LINES.items():
         for way in WAYS:
-            if way == "cubic" and not options.other_bin:
+            if way == "reno" and not options.other_bin:
                 continue
             for seed in SEEDS:
-                programs = options.other_bin if way == "cubic" else options.bin
+                programs = options.other_bin if way == "reno" else options.bin
                 found = in_a_child(lambda: recorded(programs, steps.work / "motion.mkv", line, way, seed))
                 row = {"line": name, "way": way, "seed": seed, "spheres": len(found["came"]), "problem": found["problem"],
                        **{key: found[key] for key in ("bytes", "packets", "packets_lost")}}
