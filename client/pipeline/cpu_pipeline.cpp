@@ -83,6 +83,8 @@ void CpuPipeline::offer(const ReceivedFrame& frame) {
             depth_.planes->add(picture.info.camera, picture.info.camera_pose, picture.depth_m);
     };
     add(frame.main);
+    if (frame.right)
+        add(*frame.right);
     if (frame.base)
         add(*frame.base);
     if (frame.small)
@@ -103,6 +105,11 @@ void CpuPipeline::cast(const Camera& camera, const Pose& pose, FloatImage& depth
     depth_.source->cast(camera, pose, depth_m.view());
 }
 
+void CpuPipeline::choose_pictures(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right) {
+    for (PipelineEye* eye : {&left, &right})
+        eye->takes_right = takes_right(frame, eye == &right, eye->pose);
+}
+
 void CpuPipeline::cast_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                               PipelineTimes& times) {
     SourceDepths memory = std::exchange(depths_, {});
@@ -113,7 +120,8 @@ void CpuPipeline::cast_depths(const ReceivedFrame& frame, PipelineEye& left, Pip
     if (extrapolation_s > 0)
         depth_.source->set_time(main.time_s + extrapolation_s);
     for (PipelineEye* eye : {&left, &right}) {
-        const DepthNeeds own = engine().needs_depth(main.camera_pose, eye->pose);
+        const FrameInfo& seen = eye->takes_right ? frame.right->info : main;
+        const DepthNeeds own = engine().needs_depth(seen.camera_pose, eye->pose);
         if (own.eye)
             cast(eye->camera, eye->pose, eye->depth_m);
         else
@@ -127,6 +135,10 @@ void CpuPipeline::cast_depths(const ReceivedFrame& frame, PipelineEye& left, Pip
     if (needs.source) {
         cast(main.camera, main.camera_pose, memory.main);
         depths_.main = std::move(memory.main);
+        if (frame.right) {
+            cast(frame.right->info.camera, frame.right->info.camera_pose, memory.right);
+            depths_.right = std::move(memory.right);
+        }
     }
     const auto start = Clock::now();
     cast_fill_depths(frame, memory);
@@ -167,25 +179,21 @@ void CpuPipeline::cast_patches(const ReceivedPicture& patches, FloatImage& depth
 
 void CpuPipeline::find_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right) {
     require_tagged_sizes(frame);
+    choose_pictures(frame, left, right);
     PipelineTimes ignored;
     if (takes_depth())
         set_frame_time(frame);
     cast_depths(frame, left, right, 0, ignored);
 }
 
-const EyeSteps& CpuPipeline::steps_of(const PipelineEye& eye, const PipelineEye& right) const {
-    return has_right_ && &eye == &right ? *right_steps_ : *steps_;
-}
-
 void CpuPipeline::reproject(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left,
                             PipelineEye& right) {
     steps_->set_source(source);
-    has_right_ = frame.right.has_value();
-    if (has_right_)
-        right_steps_->set_source(source_view(*frame.right, {}));
+    if (frame.right)
+        right_steps_->set_source(source_view(*frame.right, depths_.right));
     for_both(left, right, [&](PipelineEye& eye) {
         eye.figures = {};
-        eye.figures.specular = steps_of(eye, right).reproject(eye.view(), eye.picture);
+        eye.figures.specular = steps_of(eye).reproject(eye.view(), eye.picture);
     });
 }
 
@@ -198,7 +206,7 @@ void CpuPipeline::fill_gaps_of(const ReceivedFrame& frame, const SourceView& sou
 void CpuPipeline::judge(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right) {
     const ReliabilityOptions known = confidence_options(frame.main.info, takes_planes(), ways_.mirrors);
     for (PipelineEye* eye : {&left, &right}) {
-        steps_of(*eye, right).judge(eye->view(), eye->picture, known);
+        steps_of(*eye).judge(eye->view(), eye->picture, known);
         const auto samples = eye->picture.reliability.samples();
         eye->figures.reliability =
             std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
@@ -208,6 +216,7 @@ void CpuPipeline::judge(const ReceivedFrame& frame, PipelineEye& left, PipelineE
 void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                          PipelineTimes& times) {
     require_tagged_sizes(frame);
+    choose_pictures(frame, left, right);
     times = {};
     auto start = Clock::now();
     if (takes_depth())

@@ -23,6 +23,7 @@ struct PipelineEye {
     ByteImage gaps;      ///< 255 where the engine left a gap, else 0
     FloatImage depth_m;  ///< empty where nothing needed it
     EyeFigures figures;
+    bool takes_right = false;  ///< it is made of the frame's right picture
 
     /// Of local geometry, or what the engine found itself; empty where there is neither.
     ImageView<const float> depth_view() const {
@@ -93,6 +94,7 @@ public:
 private:
     bool takes_depth() const { return depth_.source != nullptr && ways_.by_depth; }
     bool takes_planes() const { return depth_.planes != nullptr && ways_.by_planes; }
+    static void choose_pictures(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right);
     void set_frame_time(const ReceivedFrame& frame);
     void offer(const ReceivedFrame& frame);
     void cast(const Camera& camera, const Pose& pose, FloatImage& depth_m);
@@ -101,7 +103,7 @@ private:
     void cast_fill_depths(const ReceivedFrame& frame, SourceDepths& memory);
     void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
     void reproject(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left, PipelineEye& right);
-    const EyeSteps& steps_of(const PipelineEye& eye, const PipelineEye& right) const;
+    const EyeSteps& steps_of(const PipelineEye& eye) const { return eye.takes_right ? *right_steps_ : *steps_; }
     void fill_gaps_of(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left, PipelineEye& right,
                       double shown_s);
     void judge(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right);
@@ -110,8 +112,7 @@ private:
     MadeDepth depth_;
     std::unique_ptr<EyeSteps> steps_, right_steps_;
     std::unique_ptr<BaseEngine> base_engine_;
-    bool has_right_ = false;                    ///< foreign stereo video: the right eye has a sphere of its own
-    std::unique_ptr<GeometryColour> geometry_;  ///< for all of fills_
+    std::unique_ptr<GeometryColour> geometry_;                 ///< for all of fills_
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by chain, as far as any was used
     FrameFill* fill_ = nullptr;                                ///< the one in use
     SourceDepths depths_;                                      ///< of the frame that was rendered last

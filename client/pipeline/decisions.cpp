@@ -71,6 +71,15 @@ bool leaves_head_box(const Pose& eye, const FrameInfo& source) {
     return glm::distance(eye.position_m, source.camera_pose.position_m) > head_box_radius(source) + rounding_m;
 }
 
+bool takes_right(const ReceivedFrame& frame, bool is_right_eye, const Pose& eye) {
+    if (!frame.right || !frame.posed)
+        return frame.right && is_right_eye;
+    const auto distance_m = [&](const ReceivedPicture& picture) {
+        return glm::distance(picture.info.camera_pose.position_m, eye.position_m);
+    };
+    return distance_m(*frame.right) < distance_m(frame.main);
+}
+
 namespace {
 
 /// What a source is, as far as its depth goes.

@@ -49,6 +49,10 @@ ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optio
 /// Whether an eye is outside the head box that the source was rendered for.
 bool leaves_head_box(const Pose& eye, const FrameInfo& source);
 
+/// Of a frame with a picture for each eye, whether this one is made of the right picture: where both are posed of the
+/// one that was seen from nearer by, else of its own. False where there is none.
+bool takes_right(const ReceivedFrame& frame, bool is_right_eye, const Pose& eye);
+
 // Which engine and whose depth eyes are made by, from what was asked for and what there is (docs/guide/play.md, "Which
 // method").
 

@@ -55,7 +55,7 @@ struct EyeFigures {
 
 /// Depths of pictures that came without; empty where nothing needed them.
 struct SourceDepths {
-    FloatImage main, base, small, patches;
+    FloatImage main, right, base, small, patches;
 };
 
 bool has_pass(const FillChain& chain, std::string_view name);

@@ -69,14 +69,19 @@ void keep(Planes& planes, glm::ivec2 from, glm::ivec2 size) {
         keep_plane(*chroma, from / 2, (size + 1) / 2);
 }
 
-/// The part of `both` that begins at `from`, which is even; of its planes those of `picture`.
-void keep(DecodedPicture& picture, const ByteImage& both, glm::ivec2 from, glm::ivec2 size) {
+/// The part of `both` and `both_m` that begins at `from`, which is even; of its planes those of `picture`.
+void keep(DecodedPicture& picture, const ByteImage& both, const FloatImage& both_m, glm::ivec2 from, glm::ivec2 size) {
     picture.width = size.x;
     picture.height = size.y;
     if (!picture.yuv.empty())
         keep(picture.yuv.planes, from, size);
     if (!picture.pq.empty())
         keep(picture.pq.planes, from, size);
+    if (!both_m.empty()) {
+        picture.depth_m = FloatImage(size.x, size.y, 1);
+        for (int y = 0; y < size.y; ++y)
+            std::copy_n(both_m.pixel(from.x, from.y + y), size.x, picture.depth_m.pixel(0, y));
+    }
     if (both.empty())
         return;
     picture.rgb = ByteImage(size.x, size.y, 3);
@@ -153,11 +158,12 @@ DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing) {
               second = both / 2 / 2 * 2;
     const glm::ivec2 size = stacked ? glm::ivec2(picture.width, half) : glm::ivec2(half, picture.height);
     const ByteImage both_rgb = std::exchange(picture.rgb, {});
+    const FloatImage both_m = std::exchange(picture.depth_m, {});
     DecodedPicture right = picture;
     right.decode_ms = right.convert_ms = 0;  // the left one has them
     right.bytes = 0;
-    keep(right, both_rgb, stacked ? glm::ivec2(0, second) : glm::ivec2(second, 0), size);
-    keep(picture, both_rgb, {0, 0}, size);
+    keep(right, both_rgb, both_m, stacked ? glm::ivec2(0, second) : glm::ivec2(second, 0), size);
+    keep(picture, both_rgb, both_m, {0, 0}, size);
     return right;
 }
 
@@ -180,6 +186,16 @@ FrameInfo of_frame(FrameInfo&& tile, const FrameInfo& main) {
 
 bool has_distances_of(const ReceivedPicture& base, const ReceivedPicture& tile) {
     return (base.depth_m.empty() || !tile.depth_m.empty()) && (base.specular.empty() || !tile.specular.empty());
+}
+
+/// Of a picture of ours: each eye's, with what it says of itself.
+void split_posed_eyes(DecodedPictures& pictures, TrackRole role, std::optional<DecodedPicture>& right) {
+    std::optional<DecodedPicture>& both = pictures.picture(role);
+    if (!both || both->info->packing == StereoPacking::none)
+        return;
+    right = split_eyes(*both, both->info->packing);
+    right->info = right_eye_of(*both->info);
+    both->info->packing = StereoPacking::none;
 }
 
 void add_times(const ReceivedPicture& from, ReceivedPicture& to) {
@@ -213,13 +229,19 @@ std::size_t DecodedPictures::bytes() const {
 
 ReceivedFrame FrameMaker::make(DecodedFrame partial) {
     ReceivedFrame frame;
-    frame.posed = partial.posed;
-    frame.main = *give(partial, TrackRole::main, partial.posed);
+    frame.posed = partial.posed && !is_ods(partial.picture(TrackRole::main)->info->camera);
+    if (partial.posed) {
+        split_posed_eyes(partial, TrackRole::main, partial.right);
+        split_posed_eyes(partial, TrackRole::depth, partial.right_depth);
+    }
+    if (!frame.posed)
+        partial.right_depth.reset();
+    frame.main = *give(partial, TrackRole::main, frame.posed);
     if (partial.right)
-        frame.right = received(std::move(*partial.right));
+        frame.right = with_depth(std::move(*partial.right), partial.right_depth);
     if (frame.right)
         frame.main.convert_ms += frame.right->convert_ms;
-    if (partial.posed) {
+    if (frame.posed) {
         give_images(partial, frame.main, TrackRole::reflections);
         frame.small = give(partial, TrackRole::small);
         frame.hidden = give(partial, TrackRole::hidden);
@@ -280,19 +302,25 @@ std::optional<ReceivedPicture> FrameMaker::give(DecodedPictures& pictures, Track
     if (!colour)
         return std::nullopt;
     count_(*colour);
-    ReceivedPicture picture = received(std::move(*colour));
     const auto depth_role = depth_role_of(role);
     if (!depth_role || !posed || !pictures.picture(*depth_role))
+        return received(std::move(*colour));
+    count_(*pictures.picture(*depth_role));
+    return with_depth(std::move(*colour), pictures.picture(*depth_role));
+}
+
+/// `depth`: of the same view, where there is some.
+ReceivedPicture FrameMaker::with_depth(DecodedPicture&& colour, std::optional<DecodedPicture>& depth) {
+    ReceivedPicture picture = received(std::move(colour));
+    if (!depth)
         return picture;
-    DecodedPicture& depth = *pictures.picture(*depth_role);
-    require_same_view(picture, depth);
-    count_(depth);
-    picture.depth_m = std::move(depth.depth_m);
-    picture.info.depth_code = depth.info->depth_code;
+    require_same_view(picture, *depth);
+    picture.depth_m = std::move(depth->depth_m);
+    picture.info.depth_code = depth->info->depth_code;
     if (picture.info.depth_code->halved)
         guide_depth(picture);
-    picture.decode_ms += depth.decode_ms;
-    picture.convert_ms += depth.convert_ms;
+    picture.decode_ms += depth->decode_ms;
+    picture.convert_ms += depth->convert_ms;
     return picture;
 }
 

@@ -44,10 +44,10 @@ FloatImage guided_depth(ImageView<const float> depth_m, ImageView<const std::uin
 ReceivedPicture join_tiles(const std::string& where, std::vector<ReceivedPicture> tiles, const ReceivedPicture& base,
                            PictureMemory* memory);
 
-// Other people's stereo video, which has both eyes in each picture.
+// Video that has both eyes in each picture.
 
 /// Leaves the left eye's half of what `packing` (not none) has both eyes in, the upper one or the left one, and gives
-/// the right eye's. Planes are not copied.
+/// the right eye's. The decoder's planes are not copied. Infos stay as they are.
 DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing);
 
 // All that came of a frame, made into what is given out.
@@ -65,7 +65,7 @@ struct DecodedPictures {
 /// Of one frame.
 struct DecodedFrame : DecodedPictures {
     std::map<std::pair<double, double>, DecodedPictures> tiles;  ///< by their first longitude and their last latitude
-    std::optional<DecodedPicture> right;                         ///< of foreign stereo video
+    std::optional<DecodedPicture> right, right_depth;            ///< of video with both eyes in each picture
     bool posed = true;                                           ///< false for foreign video
 };
 
@@ -81,6 +81,7 @@ public:
 
 private:
     std::optional<ReceivedPicture> give(DecodedPictures& pictures, TrackRole role, bool posed = true);
+    ReceivedPicture with_depth(DecodedPicture&& colour, std::optional<DecodedPicture>& depth);
     std::optional<ReceivedPicture> give_window(DecodedPictures& pictures);
     void give_tiles(DecodedFrame& pictures, ReceivedFrame& frame);
     void give_images(DecodedPictures& pictures, ReceivedPicture& picture, TrackRole role);

@@ -45,6 +45,12 @@ public:
         const std::int64_t index = frames_[position_++];
         ReceivedFrame frame;
         frame.main = read(main_, index, true);
+        if (is_ods(frame.main.info.camera)) {
+            frame.posed = false;
+            if (main_ == "left" && fs::exists(file("right", index)))
+                frame.right = read("right", index, true);
+            return frame;
+        }
         for (auto [view, picture] :
              {std::pair{"small", &frame.small}, {"hidden", &frame.hidden}, {"patches", &frame.patches}})
             if (wants(role_of(view)) && fs::exists(file(view, index)))

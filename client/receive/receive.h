@@ -46,8 +46,11 @@ struct ReceivedFrame {
     std::optional<ReceivedPicture> small;
     std::optional<ReceivedPicture> hidden;   ///< the second layer: main's camera, pose and size
     std::optional<ReceivedPicture> patches;  ///< the atlas that info.patches describes
-    bool posed = true;  ///< false for foreign video, which carries no pose: a full sphere around nobody's head
-    std::optional<ReceivedPicture> right;  ///< of foreign stereo video (StereoPacking), whose left eye is `main`
+    /// False for foreign video, which carries no pose: a sphere around nobody's head. By omnidirectional stereo rays
+    /// begin nowhere that eyes would be, so that it counts as such too; its axes are told.
+    bool posed = true;
+    /// The right eye's, of video with both in each picture (StereoPacking); the left one is `main`.
+    std::optional<ReceivedPicture> right;
     /// Views of the same frame that were rendered beside it, for their depth only (folders; rgb is empty).
     std::vector<ReceivedPicture> depth_views;
 };

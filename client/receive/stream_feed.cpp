@@ -37,6 +37,13 @@ std::string transfer_of(const StreamTrackSummary& track) {
     return word;
 }
 
+/// Of the colours alone: the first picture has the bytes and the times of both.
+void swap_eyes(DecodedPicture& left, DecodedPicture& right) {
+    std::swap(left.rgb, right.rgb);
+    std::swap(left.yuv, right.yuv);
+    std::swap(left.pq, right.pq);
+}
+
 class StreamFeed : public FrameFeed {
 public:
     StreamFeed(const std::string& source, const FeedOptions& options)
@@ -220,6 +227,8 @@ private:
             std::optional<DecodedPicture> right;
             if (packing() != StereoPacking::none)
                 right = split_eyes(picture, packing());
+            if (right && reader_.tracks().front().right_first)
+                swap_eyes(picture, *right);
             picture.info = foreign_info(picture);
             if (right)
                 right->info = picture.info;
@@ -267,7 +276,8 @@ private:
         tile.picture(picture.role) = std::move(picture);
     }
 
-    /// Video without our data is taken for a full sphere, its pictures numbered as they come.
+    /// Video without our data is taken for a full sphere, unless it is tagged with a part of one; its pictures are
+    /// numbered as they come.
     FrameInfo foreign_info(const DecodedPicture& picture) {
         FrameInfo info;
         const auto& tracks = reader_.tracks();
@@ -277,7 +287,8 @@ private:
             foreign_index_ = std::llround(picture.time_s.value_or(0) * info.frames_per_second);
         info.index = (*foreign_index_)++;
         info.time_s = double(info.index) / info.frames_per_second;
-        info.camera = EquirectCamera{picture.width, picture.height, {}};
+        info.camera =
+            EquirectCamera{picture.width, picture.height, tracks.front().sphere.value_or(LongitudeLatitudeRange{})};
         return info;
     }
 

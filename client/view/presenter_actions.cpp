@@ -158,8 +158,9 @@ StatusLine Presenter::status() const {
              (loader_.has_transfer("smpte2084") || loader_.has_transfer("arib-std-b67")))
         line.warning = "HDR other than PQ by BT.2020 with even sides is shown as if it were not: dull";
     else if (!frame().posed)
-        line.warning = frame().right ? "ordinary stereo video, a sphere for each eye: rotation only"
-                                     : "ordinary video: rotation only";
+        line.warning = is_ods(frame().main.info.camera) ? "omnidirectional stereo, a sphere for each eye: rotation only"
+                       : frame().right                  ? "ordinary stereo video, a sphere for each eye: rotation only"
+                                                        : "ordinary video: rotation only";
     else if (!renderer_.has_depth())
         line.warning = "no --scene or --model, and no depth in the stream: rotation only";
     return line;

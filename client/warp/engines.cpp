@@ -102,7 +102,8 @@ bool same_camera(const Camera& a, const Camera& b) {
         return std::abs(p->fov_x_rad - std::get<PerspectiveCamera>(b).fov_x_rad) < 1e-12;
     const LongitudeLatitudeRange& r = std::get<EquirectCamera>(a).range;
     const LongitudeLatitudeRange& s = std::get<EquirectCamera>(b).range;
-    return std::abs(r.longitude_min - s.longitude_min) < 1e-12 && std::abs(r.longitude_max - s.longitude_max) < 1e-12 &&
+    return std::get<EquirectCamera>(a).ods_side_m == std::get<EquirectCamera>(b).ods_side_m &&
+           std::abs(r.longitude_min - s.longitude_min) < 1e-12 && std::abs(r.longitude_max - s.longitude_max) < 1e-12 &&
            std::abs(r.latitude_min - s.latitude_min) < 1e-12 && std::abs(r.latitude_max - s.latitude_max) < 1e-12;
 }
 

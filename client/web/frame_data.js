@@ -36,6 +36,8 @@ class FrameDataReader extends ByteReader {
     }
 }
 
+const packings = ["none", "side by side", "one above the other"];
+
 function readCamera(fields, isFlat, width, height) {
     const numbers = [0, 1, 2, 3].map(() => fields.number("camera", -100, 100));
     const [first, second, third, fourth] = numbers;
@@ -61,7 +63,8 @@ function readDepthCode(fields) {
 
 function readFields(fields) {
     const info = {role: roles[fields.upTo("track role", roles.length - 1)]};
-    const isFlat = fields.upTo("camera kind", 1) === 1;
+    const kind = fields.upTo("camera kind", 2), isFlat = kind === 1;
+    info.isOds = kind === 2;
     info.eye = fields.upTo("eye", 2);
     fields.upTo("axis lock", 1);
     const width = fields.u32(), height = fields.u32();
@@ -94,6 +97,16 @@ function readFields(fields) {
         require(info.depth, "depth, where it is halved", "none");
         info.depth.halved = true;
     }
+    // What clients go by that have a confidence map, or that move what moves by itself.
+    if (fields.left > 0)
+        fields.skip(4);
+    if (fields.left > 0 && fields.upTo("whether the visible loss was measured", 1))
+        fields.skip(8);
+    if (fields.left > 0)
+        fields.skip(fields.u16());
+    if (fields.left > 0)
+        fields.short();
+    info.packing = packings[fields.left > 0 ? fields.upTo("packing of both eyes", packings.length - 1) : 0];
     return info;
 }
 

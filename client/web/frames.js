@@ -78,6 +78,9 @@ export class FrameMaker {
     async push({role, track, key, info, bytes}) {
         if (this.leftOut.has(role) || (!key && !this.started.has(role)))
             return;
+        if (info.packing !== "none" || info.isOds)
+            return this.failed("main", expectedFound("main track", "one eye's sphere (encode --stereo tracks)",
+                                                     `both eyes, ${info.packing}; equistream view plays it`));
         const {generation} = this;
         let decoder;
         try {

@@ -18,7 +18,7 @@ from help_text import command_pages, help_of, options_of, sections, subcommands,
 
 GUIDE = {
     "render": "render.md", "render-mitsuba": "mitsuba.md", "encode": "encode.md", "serve": "serve.md", "play": "play.md", "view": "view.md",
-    "compare": "study.md", "study": "study.md", "fit": "fit.md", "farm": "farm.md", "model": "encode.md", "import": "import.md", "scene": "render.md", "info": "troubleshooting.md",
+    "compare": "study.md", "study": "study.md", "fit": "fit.md", "farm": "farm.md", "model": "encode.md", "import": "import.md", "export": "export.md", "scene": "render.md", "info": "troubleshooting.md",
     "doctor": "install.md",
 }
 

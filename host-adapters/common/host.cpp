@@ -1,5 +1,6 @@
 #include "host.h"
 
+#include <equistream/aov_groups.h>
 #include <equistream/camera.h>
 #include <equistream/denoise_quality.h>
 #include <equistream/error.h>
@@ -7,6 +8,7 @@
 #include <equistream/stream.h>
 #include <equistream/text.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +22,7 @@ const std::vector<std::string> sample_spreads = {"even", "angle"};
 /// As typed; what is not a plain number is read by checked().
 struct Typed {
     RenderOptions options;
-    std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
+    std::string host, camera = "equirect", eye, small_eye, lock = "world", size, range;
     std::string progress = "auto", denoise = "off", window, samples = sample_spreads.front(), part;
     double fps = 0, fov_deg = 90;
     int density = 0;
@@ -132,11 +134,26 @@ es_eye parse_eye(const std::string& text) {
     return text == "left" ? ES_EYE_LEFT : text == "right" ? ES_EYE_RIGHT : ES_EYE_CENTRE;
 }
 
+/// Every ray of omnidirectional stereo begins elsewhere, and what goes with one place does not fit it.
+void require_ods_possible(const Typed& typed, const RenderOptions& o) {
+    const std::string besides = typed.eye == "centre"      ? "--eye centre"
+                                : o.layers                 ? "--layers"
+                                : o.patches                ? "--patches"
+                                : !typed.window.empty()    ? "--window"
+                                : !typed.small_eye.empty() ? "--small"
+                                : o.accumulate > 0         ? "--accumulate"
+                                                           : "";
+    if (!besides.empty())
+        throw InputError(expected_found("--camera ods",
+                                        "the left or the right eye or both, and no more than their spheres", besides));
+}
+
 RenderOptions checked(const Typed& typed) {
     RenderOptions o = typed.options;
-    o.camera = typed.camera == "perspective" ? ES_PERSPECTIVE : ES_EQUIRECT;
-    const bool sphere = o.camera == ES_EQUIRECT;
-    o.eyes = typed.eye == "both" ? std::vector{ES_EYE_LEFT, ES_EYE_RIGHT} : std::vector{parse_eye(typed.eye)};
+    o.camera = typed.camera == "perspective" ? ES_PERSPECTIVE : typed.camera == "ods" ? ES_ODS : ES_EQUIRECT;
+    const bool sphere = o.camera != ES_PERSPECTIVE;
+    const std::string eye = !typed.eye.empty() ? typed.eye : o.camera == ES_ODS ? "both" : "centre";
+    o.eyes = eye == "both" ? std::vector{ES_EYE_LEFT, ES_EYE_RIGHT} : std::vector{parse_eye(eye)};
     if (!typed.small_eye.empty())
         o.small_eye = parse_eye(typed.small_eye);
     o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
@@ -150,6 +167,8 @@ RenderOptions checked(const Typed& typed) {
              : !sphere           ? cli::Size{1280, 720}
              : windowed          ? cli::Size{480, 240}
                                  : cli::Size{1920, 960};
+    if (o.camera == ES_ODS)
+        require_ods_possible(typed, o);
     if (windowed)
         o.window = checked_window(typed, o);
     else if (typed.density_option.is_given())
@@ -171,7 +190,8 @@ RenderOptions checked(const Typed& typed) {
                      "equistream render: note: --small is a quarter, %dx%d; encode codes sides of at least %d only\n",
                      o.size.width / 4, o.size.height / 4, min_track_side);
     if (sphere && typed.fov_option.is_given())
-        throw InputError(expected_found("--fov", "--camera perspective", "--camera equirect (see --range)"));
+        throw InputError(
+            expected_found("--fov", "--camera perspective", "--camera " + typed.camera + " (see --range)"));
     if (!sphere && !typed.range.empty())
         throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
     if (o.accumulate > 0 && (o.layers || o.patches || o.small_eye))
@@ -188,12 +208,15 @@ RenderOptions checked(const Typed& typed) {
     else if (sphere && o.size.width != 2 * o.size.height)
         std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
                      o.size.width, o.size.height);
+    const std::vector<std::string> planes = parse_aov_groups(o.aovs);
+    if (o.window && std::ranges::find(planes, "crypto_object") != planes.end())
+        throw InputError(expected_found("--aovs cryptomatte", "whole pictures, without a --window", "both"));
     o.samples_by_angle = typed.samples == sample_spreads.back();
-    if (o.samples_by_angle && (o.camera != ES_EQUIRECT || o.accumulate > 0 || o.patches))
+    if (o.samples_by_angle && (!sphere || o.accumulate > 0 || o.patches))
         throw InputError(expected_found("--samples angle", "spheres of independent frames",
-                                        o.camera != ES_EQUIRECT ? "--camera perspective"
-                                        : o.patches             ? "--patches"
-                                                                : "--accumulate"));
+                                        !sphere     ? "--camera perspective"
+                                        : o.patches ? "--patches"
+                                                    : "--accumulate"));
     o.denoise = static_cast<es_denoise>(denoise_quality(typed.denoise));
     o.progress = cli::parse_progress(typed.progress);
     if (!typed.part.empty()) {
@@ -204,12 +227,15 @@ RenderOptions checked(const Typed& typed) {
 }
 
 void add_camera_options(cli::CommandLine& app, Typed& t) {
-    app.add_option("--camera", t.camera, "Whole sphere or flat view")
-        .one_of({"equirect", "perspective"})
+    app.add_option(
+           "--camera", t.camera,
+           "Whole sphere, flat view, or omnidirectional stereo: spheres whose columns are seen each from an eye "
+           "that turned there")
+        .one_of({"equirect", "perspective", "ods"})
         .with_default();
-    app.add_option("--eye", t.eye, "Where the camera stands; both: left and right")
-        .one_of({"centre", "left", "right", "both"})
-        .with_default();
+    app.add_option("--eye", t.eye,
+                   "Where the camera stands; both: left and right (default: centre; with --camera ods both)")
+        .one_of({"centre", "left", "right", "both"});
     app.add_option("--ipd", t.options.ipd_m, "Distance between the eyes, metres").between(0.0, 1.0).with_default();
     app.add_option("--lock", t.lock, "Whether a sphere's axes stay the world's or turn with the path")
         .one_of({"world", "path"})

@@ -118,6 +118,8 @@ struct StreamSettings {
     bool wants_geometry() const { return aovs != "none"; }
     /// Whether the plugin takes a denoiser's guides.
     bool wants_guides() const;
+    /// Whether it takes what each colour sample met (es_tile_put_ids).
+    bool wants_ids() const;
     std::uint64_t pixels() const {
         return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
     }
@@ -140,6 +142,11 @@ struct FrameTask {
 struct HostRecord {
     std::string name;      ///< renderer, version and code: frames of another one are not added to
     std::string settings;  ///< such as " bounces 8"; part of the fingerprint
+};
+
+/// What Cryptomatte calls objects and materials, by their ids less 1. Of none and of empty ones the number is taken.
+struct HostNames {
+    std::vector<std::string> objects, materials;
 };
 
 /// What a host adds to the report.
@@ -169,6 +176,8 @@ public:
     /// False when loading was all that was asked for.
     virtual bool wants_frames() const { return true; }
     virtual HostRecord record() const = 0;
+    /// Once it is loaded.
+    virtual HostNames names() const { return {}; }
     /// Moves everything to where it is at a frame's time; the neighbours' times are those of motion vectors.
     virtual void move_to(const FrameTimes& times) = 0;
     /// How far rays go, metres, at the time last moved to: +inf for a miss. What patches are planned from.

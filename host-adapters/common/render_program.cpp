@@ -43,12 +43,13 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
         host.begin();
         std::signal(SIGINT, note_interrupt);
         std::signal(SIGTERM, note_interrupt);
-        const RenderRecord record{host.record(), host.tile_side(), command};
+        const RenderRecord record{host.record(), host.tile_side(), command, host.names()};
         return follow({options, scene, timeline, record, interrupted}, host);
     }
     std::vector<Stream> streams;
     if (host.wants_frames())
-        streams = StreamOpener(options, scene, timeline.path, {host.record(), host.tile_side(), command}).all();
+        streams =
+            StreamOpener(options, scene, timeline.path, {host.record(), host.tile_side(), command, host.names()}).all();
     host.begin();
     if (host.wants_frames()) {
         std::signal(SIGINT, note_interrupt);

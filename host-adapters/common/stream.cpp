@@ -84,6 +84,26 @@ bool StreamSettings::wants_guides() const {
     return denoised || std::ranges::find(planes, "guide_albedo") != planes.end();
 }
 
+bool StreamSettings::wants_ids() const {
+    const std::vector<std::string> planes = parse_aov_groups(aovs);
+    return std::ranges::find(planes, "crypto_object") != planes.end();
+}
+
+namespace {
+
+/// Names as the plugin takes them. Borrows.
+std::vector<const char*> pointers_to(std::vector<std::string>& names, const char* kind) {
+    std::vector<const char*> pointers;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (names[i].empty())
+            names[i] = kind + std::to_string(i + 1);
+        pointers.push_back(names[i].c_str());
+    }
+    return pointers;
+}
+
+}  // namespace
+
 StreamOpener::StreamOpener(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
                            const RenderRecord& record)
     : options_(options), scene_(scene), record_(record),
@@ -120,6 +140,13 @@ Stream StreamOpener::open(StreamSettings stream, std::uint32_t accumulated) cons
         settings.patch_offset_count = static_cast<std::uint32_t>(atlas->offsets_m.size());
         settings.patch_offsets_m = &atlas->offsets_m.front().x;
     }
+    HostNames names = stream.wants_ids() ? record_.names : HostNames{};
+    const std::vector<const char*> objects = pointers_to(names.objects, "object "),
+                                   materials = pointers_to(names.materials, "material ");
+    settings.object_names = objects.data();
+    settings.material_names = materials.data();
+    settings.object_name_count = static_cast<std::uint32_t>(objects.size());
+    settings.material_name_count = static_cast<std::uint32_t>(materials.size());
     es_error error{};
     es_sequence* sequence = nullptr;
     check(es_sequence_open(&settings, &sequence, &error), error);

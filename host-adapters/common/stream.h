@@ -30,6 +30,7 @@ struct RenderRecord {
     HostRecord host;
     int tile_side = 0;
     std::string command;
+    HostNames names{};
 };
 
 /// Opens (or resumes) what a render writes. Each throws InputError or WorkError with the plugin's words.

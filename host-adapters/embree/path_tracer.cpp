@@ -63,7 +63,8 @@ void Worker::start_paths(std::span<const es_ray> rays, std::span<const std::uint
 }
 
 void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds,
-                            std::uint32_t sample, std::span<float> rgba, std::span<float> guides) {
+                            std::uint32_t sample, std::span<float> rgba, std::span<float> guides,
+                            std::span<std::uint32_t> ids) {
     assert(pixel_seeds.size() == rays.size() && rgba.size() == rays.size() * 4);
     assert(guides.empty() || guides.size() == rays.size() * 6);
     counts_.film_s += clock_.lap();
@@ -71,6 +72,12 @@ void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::u
     counts_.shading_s += clock_.lap();
     trace_coherent(rays, hits_);
     counts_.camera_rays_s += clock_.lap();
+    for (std::size_t i = 0; 2 * i < ids.size(); ++i) {
+        const std::uint32_t instance = hits_[i].id.instance;
+        const bool hit = instance != no_index;
+        ids[2 * i] = hit ? scene_.shading.model().instances[instance].object + 1 : 0;
+        ids[2 * i + 1] = hit ? scene_.shading.material_of(instance) + 1 : 0;
+    }
     while (!active_.empty()) {
         shade_paths();
         counts_.shading_s += clock_.lap();

@@ -100,9 +100,9 @@ public:
     explicit Worker(const TracedScene& scene);
 
     /// One sample of each pixel: `pixel_seeds` is the same for all samples of a pixel. Writes RGBA per ray, and where
-    /// `guides` is not empty, six numbers per ray (es_tile_put_guides).
+    /// `guides` is not empty, six numbers per ray (es_tile_put_guides); where `ids` is not, two (es_tile_put_ids).
     void trace_radiance(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds, std::uint32_t sample,
-                        std::span<float> rgba, std::span<float> guides = {});
+                        std::span<float> rgba, std::span<float> guides = {}, std::span<std::uint32_t> ids = {});
     /// Closest hits of rays in order, a miss having no instance. Neighbouring rays should be coherent.
     struct Hit {
         HitId id;

@@ -316,6 +316,11 @@ std::optional<glm::dmat4> ForeignExr::world_to_ndc() const {
     return state_->matrix("worldToNDC");
 }
 
+bool ForeignExr::says_ods() const {
+    const auto* camera = state_->header().findTypedAttribute<Imf::StringAttribute>("equistream:camera");
+    return camera != nullptr && camera->value() == "ods";
+}
+
 std::string ForeignExr::software() const {
     for (const char* name : {"Software", "software", "generatedBy", "exr/writer", "writer"})
         if (const auto* text = state_->header().findTypedAttribute<Imf::StringAttribute>(name))

@@ -51,6 +51,8 @@ public:
     /// Element [i][j] is the file's row i, column j.
     std::optional<glm::dmat4> world_to_camera() const;
     std::optional<glm::dmat4> world_to_ndc() const;
+    /// Whether it is a frame of ours by omnidirectional stereo.
+    bool says_ods() const;
     std::string software() const;  ///< what wrote the file, if it says; printable
 
     /// Decodes these once for all, four bytes a pixel each, for read(): blocks of a file hold all of its channels.

@@ -41,7 +41,7 @@ public:
         FrameInfo info = writer_.manifest().shared;
         info.index = found.index;
         info.time_s = double(found.index) / plan_.frames_per_second;
-        Conversion conversion{plan_.conventions, plan_.camera, {}, {}, {}, plan_.colour_to_rec709};
+        Conversion conversion{plan_.conventions, camera(), {}, {}, {}, plan_.colour_to_rec709};
         if (plan_.corner)
             conversion.sphere_columns = plan_.window->columns;
         find_poses(files.front(), info, conversion);
@@ -75,6 +75,13 @@ private:
         return found->second;
     }
 
+    Camera camera() const {
+        Camera camera = plan_.camera;
+        if (plan_.ods)
+            std::get<EquirectCamera>(camera).ods_side_m = ods_side_m(view_.eye, settings_.info.ipd_m);
+        return camera;
+    }
+
     SequenceSettings sequence() const {
         SequenceSettings sequence;
         sequence.folder = settings_.out / (plan_.window ? "window" : eye_names[int(view_.eye)]);
@@ -82,7 +89,7 @@ private:
         Manifest& manifest = sequence.manifest;
         manifest.shared = settings_.info;
         manifest.shared.eye = view_.eye;
-        manifest.shared.camera = plan_.camera;
+        manifest.shared.camera = camera();
         if (plan_.window) {
             manifest.shared.camera = window_shape(*plan_.window);
             manifest.shared.window_columns = plan_.window->columns;
@@ -134,7 +141,7 @@ private:
 
     Pose camera_at(const FrameInfo& info, double time_s) const {
         const Pose head = in_our_world(plan_.path.at(time_s));
-        return camera_pose(plan_.camera, head, info.eye, info.ipd_m, info.lock);
+        return camera_pose(camera(), head, info.eye, info.ipd_m, info.lock);
     }
 
     void find_poses(const ForeignExr& file, FrameInfo& info, Conversion& conversion) const {
@@ -157,7 +164,8 @@ private:
         }
         // The head is where this camera would be its eye.
         const Pose at_origin{{0, 0, 0}, conversion.camera_pose.orientation};
-        info.head = {conversion.camera_pose.position_m - eye_position(at_origin, info.eye, info.ipd_m),
+        const Eye seen_from = plan_.ods ? Eye::centre : info.eye;
+        info.head = {conversion.camera_pose.position_m - eye_position(at_origin, seen_from, info.ipd_m),
                      conversion.camera_pose.orientation};
     }
 

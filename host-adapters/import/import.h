@@ -51,8 +51,8 @@ struct ImportSettings {
     std::filesystem::path out;
     std::string preset = "auto";
     Overrides overrides;
-    std::string camera = "auto";      ///< auto, equirect, perspective
-    LongitudeLatitudeRange range;     ///< equirect
+    std::string camera = "auto";      ///< auto, equirect, ods, perspective
+    LongitudeLatitudeRange range;     ///< equirect, ods
     std::optional<double> fov_x_rad;  ///< perspective
     std::string colour_space = "auto";
     std::filesystem::path path;  ///< CSV of the head's poses, in the source's world; empty: attributes
@@ -85,6 +85,7 @@ struct ImportPlan {
     std::int64_t first_in_source = 0, last_in_source = 0;
     SourceConventions conventions;
     Camera camera;
+    bool ods = false;                   ///< `camera` is a sphere of omnidirectional stereo, of each view's eye
     std::optional<WindowGrid> window;   ///< size of the windows: they are cut out of the pictures
     std::optional<WindowPlace> corner;  ///< the pictures are the windows: where they are
     glm::dmat3 colour_to_rec709{1};

@@ -117,8 +117,11 @@ private:
         const std::optional<double> fov_rad = settings_.fov_x_rad ? settings_.fov_x_rad : of_file;
         const std::string why_view = settings_.fov_x_rad ? "--fov" : "attributes worldToCamera and worldToNDC";
         std::string why = "--camera";
-        bool sphere = settings_.camera == "equirect";
-        if (settings_.camera == "auto") {
+        plan_.ods = settings_.camera == "ods" || (settings_.camera == "auto" && file().says_ods());
+        bool sphere = settings_.camera == "equirect" || plan_.ods;
+        if (settings_.camera == "auto" && plan_.ods) {
+            why = "attribute equistream:camera";
+        } else if (settings_.camera == "auto") {
             sphere = width == 2 * height && !fov_rad;
             why = sphere ? "twice as wide as high" : why_view;
             if (!sphere && !fov_rad)
@@ -138,6 +141,8 @@ private:
                                                               : "equirect, a part";
         if (sphere)
             text += looking_text();
+        if (plan_.ods)
+            text = "omnidirectional stereo, " + text;
         say(size_text(width, height), text, why);
         say_up();
     }
@@ -279,9 +284,14 @@ private:
             PlannedView planned{view, settings_.info.eye,
                                 map_channels(files, plan_.files.stems, view, plan_.conventions)};
             const auto eye = std::ranges::find(eye_names, view == "center" ? "centre" : view);
-            if (eye != std::end(eye_names))
+            const bool is_eye = eye != std::end(eye_names);
+            if (is_eye)
                 planned.eye = static_cast<Eye>(eye - std::begin(eye_names));
-            else if (!view.empty() && views.size() > 1) {
+            if (plan_.ods && planned.eye == Eye::centre)
+                throw InputError(expected_found(
+                    file().file().string(), "views left and right of omnidirectional stereo, or --eye left or right",
+                    view.empty() ? "no views" : "view " + view));
+            if (!is_eye && !view.empty() && views.size() > 1) {
                 plan_.notes.push_back("view " + view + " is left out: expected left, right or centre");
                 continue;
             }

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 
 using namespace equistream;
 
@@ -103,7 +104,7 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
                         Film(info, poses,
                              {info.samples_per_pixel, planes, std::move(tile_samples), handle.history != nullptr,
                               guides, handle.tiles.tile_side, handle.tiles.hidden_layer || info.patches,
-                              std::move(references), handle.shared->part()}),
+                              std::move(references), handle.object_ids, handle.material_ids, handle.shared->part()}),
                         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
                         {},
                         std::move(as_window),
@@ -336,6 +337,15 @@ void es_tile_put_guides(es_frame* frame, const es_tile* tile, const float* guide
     });
 }
 
+void es_tile_put_ids(es_frame* frame, const es_tile* tile, const uint32_t* ids) {
+    guarded(nullptr, [&] {
+        if (usable(frame, tile, ids, "es_tile_put_ids") && frame->film.takes_ids() &&
+            !frame->film.add_ids(pixels_of(*frame, *tile, "es_tile_put_ids"), ids))
+            keep_misuse(frame, expected_found("es_tile_put_ids: tile " + std::to_string(tile->id),
+                                              std::to_string(frame->film.passes_of(tile->id)) + " passes", "one more"));
+    });
+}
+
 es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error) {
     return guarded(error, [&] {
         if (frame == nullptr || plane == nullptr)
@@ -410,6 +420,9 @@ es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** s
         std::shared_ptr<Denoiser> denoiser = checked_denoiser(settings);
         *sequence = new es_sequence{std::make_shared<SequenceWriter>(checked_settings(settings, denoiser.get())),
                                     checked_tile_settings(settings), std::move(denoiser), nullptr};
+        const CryptomatteNames names = checked_names(settings);
+        std::ranges::transform(names.objects, std::back_inserter((*sequence)->object_ids), cryptomatte_id);
+        std::ranges::transform(names.materials, std::back_inserter((*sequence)->material_ids), cryptomatte_id);
         if (const std::uint32_t frames = (*sequence)->shared->manifest().shared.accumulated_frames; frames > 0)
             (*sequence)->history = std::make_shared<History>(frames);
     });

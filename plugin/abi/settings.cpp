@@ -4,6 +4,7 @@
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/frame_part.h>
+#include <equistream/json_text.h>
 #include <equistream/text.h>
 
 #include <cstring>
@@ -14,6 +15,8 @@ namespace {
 constexpr std::uint32_t max_samples = 1u << 20;
 constexpr std::uint32_t max_threads = 4096;
 constexpr std::uint32_t max_accumulated_frames = 1000;
+constexpr std::uint32_t max_names = 1u << 24;
+constexpr std::size_t longest_name = 65536;
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -75,6 +78,16 @@ EquirectCamera checked_window_camera(const es_sequence_settings& s) {
     return window_shape(grid);
 }
 
+EquirectCamera checked_ods(const es_sequence_settings& s) {
+    const int eye = stored_value(s.eye);
+    require(eye == ES_EYE_LEFT || eye == ES_EYE_RIGHT, "eye", "ES_EYE_LEFT or ES_EYE_RIGHT with ES_ODS",
+            std::to_string(eye));
+    require(s.layer == ES_LAYER_FIRST && s.patch_side == 0 && s.accumulate_frames == 0, "camera",
+            "no ES_ODS in a hidden layer, in an atlas of patches or where frames are accumulated", "ES_ODS");
+    const double ipd_m = checked_number("ipd_m", s.ipd_m, 0, max_ipd_m);
+    return {s.width, s.height, checked_ranges(s), ods_side_m(static_cast<Eye>(eye), ipd_m)};
+}
+
 Camera checked_camera(const es_sequence_settings& s) {
     const std::string sides = "1 to " + std::to_string(max_image_side);
     require(s.width >= 1 && s.width <= max_image_side, "width", sides, std::to_string(s.width));
@@ -88,7 +101,9 @@ Camera checked_camera(const es_sequence_settings& s) {
         return checked_window_camera(s);
     if (kind == ES_EQUIRECT)
         return EquirectCamera{s.width, s.height, checked_ranges(s)};
-    require(kind == ES_PERSPECTIVE, "camera", "ES_EQUIRECT or ES_PERSPECTIVE", std::to_string(kind));
+    if (kind == ES_ODS)
+        return checked_ods(s);
+    require(kind == ES_PERSPECTIVE, "camera", "ES_EQUIRECT, ES_PERSPECTIVE or ES_ODS", std::to_string(kind));
     require(fov_mismatch(s.fov_x_rad), "fov_x_rad");
     return PerspectiveCamera{s.width, s.height, s.fov_x_rad};
 }
@@ -225,6 +240,10 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
     require((!hidden_layer && !info.patches) ||
                 std::ranges::find(checked.manifest.planes, "reference") == checked.manifest.planes.end(),
             "aovs", "no reference in a hidden layer or an atlas of patches", "reference");
+    require((!hidden_layer && !info.patches) ||
+                std::ranges::find(checked.manifest.planes, "crypto_object") == checked.manifest.planes.end(),
+            "aovs", "no cryptomatte in a hidden layer or an atlas of patches", "cryptomatte");
+    checked.texts = cryptomatte_attributes(checked.manifest.planes, checked_names(settings));
     require(s.samples_by_angle == 0 ||
                 (s.accumulate_frames == 0 && !info.patches && std::holds_alternative<EquirectCamera>(info.camera)),
             "samples_by_angle", "0 in flat views, in an atlas of patches and where frames are accumulated",
@@ -242,6 +261,22 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
     checked.manifest.fingerprint =
         sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + tiles);
     return checked;
+}
+
+CryptomatteNames checked_names(const es_sequence_settings* settings) {
+    const es_sequence_settings s = whole_struct(settings, "es_sequence_settings", sequence_settings_sizes);
+    const auto read = [](const char* field, const char* const* names, std::uint32_t count) {
+        std::vector<std::string> texts;
+        require(names != nullptr || count == 0, field, "a pointer", "NULL");
+        require(count <= max_names, field, "at most " + std::to_string(max_names), std::to_string(count));
+        for (std::uint32_t i = 0; i < count; ++i) {
+            texts.push_back(checked_text(field, names[i], longest_name));
+            require(is_utf8(texts.back()), field, "UTF-8", "\"" + as_json_holds(texts.back()) + "\"");
+        }
+        return texts;
+    };
+    return {read("object_names", s.object_names, s.object_name_count),
+            read("material_names", s.material_names, s.material_name_count)};
 }
 
 TileSettings checked_tile_settings(const es_sequence_settings* settings) {

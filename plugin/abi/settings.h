@@ -3,6 +3,7 @@
 /// found.
 #include "boundary.h"
 
+#include <equistream/cryptomatte.h>
 #include <equistream/equistream.h>
 #include <equistream/sequence_writer.h>
 
@@ -32,6 +33,8 @@ std::shared_ptr<Denoiser> checked_denoiser(const es_sequence_settings* settings)
 
 /// Throws InputError.
 SequenceSettings checked_settings(const es_sequence_settings* settings, const Denoiser* denoiser);
+/// What planes of group "cryptomatte" are called by. Throws InputError.
+CryptomatteNames checked_names(const es_sequence_settings* settings);
 /// Throws InputError.
 TileSettings checked_tile_settings(const es_sequence_settings* settings);
 
@@ -52,11 +55,15 @@ FrameSettings checked_settings(const es_frame_settings* settings);
 // Structs that hosts fill, in every size they have had: a host built with an older header hands over a shorter one.
 
 /// Ascending, today's last. When a field is appended to a struct, that field's offset goes before the last.
-inline constexpr std::size_t sequence_settings_sizes[] = {
-    offsetof(es_sequence_settings, geometry_fingerprint), offsetof(es_sequence_settings, layer),
-    offsetof(es_sequence_settings, patch_side),           offsetof(es_sequence_settings, denoise),
-    offsetof(es_sequence_settings, accumulate_frames),    offsetof(es_sequence_settings, window_columns),
-    offsetof(es_sequence_settings, part_count),           sizeof(es_sequence_settings)};
+inline constexpr std::size_t sequence_settings_sizes[] = {offsetof(es_sequence_settings, geometry_fingerprint),
+                                                          offsetof(es_sequence_settings, layer),
+                                                          offsetof(es_sequence_settings, patch_side),
+                                                          offsetof(es_sequence_settings, denoise),
+                                                          offsetof(es_sequence_settings, accumulate_frames),
+                                                          offsetof(es_sequence_settings, window_columns),
+                                                          offsetof(es_sequence_settings, part_count),
+                                                          offsetof(es_sequence_settings, object_names),
+                                                          sizeof(es_sequence_settings)};
 inline constexpr std::size_t frame_settings_sizes[] = {
     offsetof(es_frame_settings, patches), offsetof(es_frame_settings, spp), offsetof(es_frame_settings, window_x),
     sizeof(es_frame_settings)};
@@ -100,6 +107,7 @@ struct es_sequence {
     std::shared_ptr<equistream::Denoiser> denoiser;           ///< null where nothing is denoised
     std::shared_ptr<equistream::History> history;             ///< null where frames are independent
     std::shared_ptr<equistream::WindowFrame> window_frame{};  ///< of windows: the frame that was begun last
+    std::vector<float> object_ids{}, material_ids{};          ///< FilmSettings'
 };
 
 struct es_frame {

@@ -28,7 +28,7 @@ void write_camera(AttributeWriter& out, const FrameInfo& info) {
         if (range.is_full_sphere() && !info.patches)
             out.check(exr_attr_set_envmap(out.context(), out.part(), "envmap", EXR_ENVMAP_LATLONG), "envmap");
         out.text("wrapmodes", range.closes() && !info.patches ? "periodic,clamp" : "clamp,clamp");
-        out.text("equistream:camera", "equirect");
+        out.text("equistream:camera", is_ods(info.camera) ? "ods" : "equirect");
         out.pair("equistream:longitudes", range.longitude_min, range.longitude_max);
         out.pair("equistream:latitudes", range.latitude_min, range.latitude_max);
         return;
@@ -38,16 +38,18 @@ void write_camera(AttributeWriter& out, const FrameInfo& info) {
 }
 
 /// What a reader without our documentation needs in order to use the planes.
-void write_conventions(AttributeWriter& out) {
+void write_conventions(AttributeWriter& out, bool ods) {
     out.text("equistream:pixelCentres", "half-integer");
     out.text("equistream:axes", "right-handed, +Y up; camera +X right, -Z forward; longitude 0 is -Z, positive to +X");
-    out.text("equistream:depth", "Euclidean distance from the camera along the pixel-centre ray, metres, +inf: miss");
+    out.text("equistream:depth",
+             ods ? "Euclidean distance from the eye of the pixel-centre ray on the viewing circle, metres, +inf: miss"
+                 : "Euclidean distance from the camera along the pixel-centre ray, metres, +inf: miss");
     out.text("equistream:motion", "pixels, other frame minus this one, u right, v down, shortest way round the seam");
     out.text("equistream:normal", "world space, facing the camera");
 }
 
 Camera read_camera(const AttributeReader& in, int width, int height) {
-    constexpr const char* kinds[] = {"equirect", "perspective"};
+    constexpr const char* kinds[] = {"equirect", "perspective", "ods"};
     if (in.choice("equistream:camera", kinds) == 1)
         return PerspectiveCamera{width, height, in.field_of_view("equistream:fovX")};
     const exr_attr_v2d_t longitudes = in.range("equistream:longitudes", longitudes_mismatch);
@@ -183,7 +185,7 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
         out.integer("equistream:windowColumns", info.window_columns);
     if (info.patches)
         write_patches(out, *info.patches);
-    write_conventions(out);
+    write_conventions(out, is_ods(info.camera));
 }
 
 void write_left_out_samples(const ExrSession& session, int part, std::int64_t count) {
@@ -217,6 +219,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.head = in.pose("equistream:headPosition", "equistream:headOrientation");
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
     info.ipd_m = in.number("equistream:ipd", 0, max_ipd_m);
+    if (in.text("equistream:camera") == "ods")
+        std::get<EquirectCamera>(info.camera).ods_side_m = ods_side_m(info.eye, info.ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
     info.head_radius_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);

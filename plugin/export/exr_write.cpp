@@ -108,7 +108,7 @@ std::vector<Part> make_parts(const Frame& frame, const ExrWriteOptions& options)
 }
 
 void write_header(const ExrSession& session, const std::vector<Part>& parts, const FrameInfo& info,
-                  std::int64_t left_out_samples) {
+                  const ExrWriteOptions& options) {
     exr_context_t context = session.context();
     for (const Part& part : parts) {
         int index = 0;
@@ -121,8 +121,10 @@ void write_header(const ExrSession& session, const std::vector<Part>& parts, con
                                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1),
                           "adding a channel");
         write_attributes(session, index, info);
-        if (left_out_samples > 0)
-            write_left_out_samples(session, index, left_out_samples);
+        if (options.left_out_samples > 0)
+            write_left_out_samples(session, index, options.left_out_samples);
+        for (const auto& [name, text] : options.texts)
+            AttributeWriter(session, index).text(name.c_str(), text);
     }
     session.check(exr_write_header(context), "writing the header");
 }
@@ -278,7 +280,7 @@ std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, co
     std::int64_t bad_pixels = 0;
     {
         const ExrSession session = ExrSession::for_writing(file, aside);
-        write_header(session, parts, frame.info, options.left_out_samples);
+        write_header(session, parts, frame.info, options);
         for (std::size_t i = 0; i < parts.size(); ++i)
             bad_pixels += write_part(session, parts[i], static_cast<int>(i), frame.info);
     }

@@ -18,7 +18,7 @@ nlohmann::json visible_loss_to_json(const VisibleLoss& loss) {
 nlohmann::json camera_to_json(const Camera& camera) {
     nlohmann::json json = {{"width", width_of(camera)}, {"height", height_of(camera)}};
     if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
-        json["kind"] = "equirect";
+        json["kind"] = is_ods(camera) ? "ods" : "equirect";
         json["longitudes_rad"] = {sphere->range.longitude_min, sphere->range.longitude_max};
         json["latitudes_rad"] = {sphere->range.latitude_min, sphere->range.latitude_max};
     } else {

@@ -114,7 +114,7 @@ Pose pose_from_json(const Section& in) {
 }
 
 Camera camera_from_json(const Section& in) {
-    constexpr const char* kinds[] = {"equirect", "perspective"};
+    constexpr const char* kinds[] = {"equirect", "perspective", "ods"};
     const int width = in.whole<int>("width", 1, max_image_side);
     const int height = in.whole<int>("height", 1, max_image_side);
     if (in.choice("kind", kinds) == 1) {
@@ -229,6 +229,8 @@ Manifest from_json(const json& document, const std::string& where) {
     info.frames_per_second = in.number("frames_per_second", 1e-6, 1e6);
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
     info.ipd_m = in.number("ipd_m", 0, max_ipd_m);
+    if (in.section("camera").text("kind") == "ods")
+        std::get<EquirectCamera>(info.camera).ods_side_m = ods_side_m(info.eye, info.ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
     info.head_radius_m = in.number("lean_m", 0, max_head_box_radius_m);
     info.exposure = in.number("exposure", std::numeric_limits<double>::min(), std::numeric_limits<double>::max());

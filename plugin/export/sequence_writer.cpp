@@ -25,7 +25,9 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
     for (const std::string& plane : manifest.planes)
         planes += (planes.empty() ? "" : ",") + plane;
     std::vector<std::pair<const char*, std::string>> list = {
-        {"camera", std::holds_alternative<EquirectCamera>(info.camera) ? "equirect" : "perspective"},
+        {"camera", is_ods(info.camera)                                   ? "ods"
+                   : std::holds_alternative<EquirectCamera>(info.camera) ? "equirect"
+                                                                         : "perspective"},
         {"size", size_text(width_of(info.camera), height_of(info.camera))},
         {"spp", std::to_string(info.samples_per_pixel)},
         {"seed", std::to_string(info.seed)},
@@ -193,9 +195,10 @@ void SequenceWriter::write(const Frame& frame, std::int64_t left_out_samples) {
     const std::filesystem::path file = frame_file(frame.info.index);
     require_readable(file.string(), frame.info);
     write_exr(file, frame,
-              {.single_part = settings_.single_part, .left_out_samples = left_out_samples, .before_it_appears = [&] {
-                   make_way_for(frame.info);
-               }});
+              {.single_part = settings_.single_part,
+               .left_out_samples = left_out_samples,
+               .before_it_appears = [&] { make_way_for(frame.info); },
+               .texts = settings_.texts});
 }
 
 /// Once the frame is written aside: only its renaming can fail then. Before that, so that a folder with frames always

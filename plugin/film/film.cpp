@@ -1,8 +1,11 @@
 #include "film.h"
 
+#include <equistream/cryptomatte.h>
 #include <equistream/rec709.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -14,6 +17,25 @@ constexpr const char* guide_names[] = {"guide_albedo", "guide_normal"};
 
 bool is_guide(const std::string& name) {
     return std::find(std::begin(guide_names), std::end(guide_names), name) != std::end(guide_names);
+}
+
+/// Planes that are made of what colour samples met, and which of the two numbers of es_tile_put_ids.
+constexpr std::pair<const char*, int> crypto_planes[] = {{"crypto_object", 0}, {"crypto_material", 1}};
+
+bool is_crypto(const std::string& name) {
+    return find_aov(name)->group == "cryptomatte";
+}
+
+/// While samples come in, a pixel of such a plane holds pairs: an id's bits, and how many samples met it.
+void count_id(std::uint32_t id, float* pairs) {
+    for (int rank = 0; rank < cryptomatte_ranks; ++rank, pairs += 2) {
+        if (pairs[1] == 0)
+            pairs[0] = std::bit_cast<float>(id);
+        if (std::bit_cast<std::uint32_t>(pairs[0]) != id)
+            continue;
+        ++pairs[1];
+        return;
+    }
 }
 
 bool is_finite(const float* values, int count) {
@@ -95,7 +117,8 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
       tile_samples_(std::move(settings.tile_samples)), takes_variance_(settings.variance),
       takes_guides_(settings.guides), backward_(info.camera, poses.here, poses.previous),
       forward_(info.camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
-      has_holes_(settings.has_holes), references_(std::move(settings.references)) {}
+      has_holes_(settings.has_holes), references_(std::move(settings.references)),
+      object_ids_(std::move(settings.object_ids)), material_ids_(std::move(settings.material_ids)) {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
@@ -308,6 +331,48 @@ bool Film::add_guides(const TilePixels& pixels, const float* guides) {
     return true;
 }
 
+bool Film::add_ids(const TilePixels& pixels, const std::uint32_t* ids) {
+    if (is_reference(pixels.tile.id))
+        return true;
+    TileProgress& progress = progress_[pixels.tile.id];
+    if (progress.id_passes >= passes_of(pixels.tile.id))
+        return false;
+    ++progress.id_passes;
+    for (const auto& [name, which] : crypto_planes)
+        if (float* const plane = real_target(name))
+            for (std::uint32_t i = 0; i < pixels.count(); ++i) {
+                const glm::ivec2 at = pixels.at(i);
+                if (const std::uint32_t id = ids[2 * i + std::uint32_t(which)]; id != 0)
+                    count_id(id, plane + (std::ptrdiff_t{at.y} * width_ + at.x) * 2 * cryptomatte_ranks);
+            }
+    return true;
+}
+
+/// Most covered first, by the names' hashes; of equal shares the lower id.
+void Film::rank_ids(const char* name, const std::vector<float>& ids) {
+    if (real_target(name) == nullptr)
+        return;
+    const std::string_view kind = name == std::string_view("crypto_object") ? "object " : "material ";
+    FloatImage& plane = real_.at(name);
+    for (int y = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x) {
+            float* const pairs = plane.pixel(x, y);
+            std::array<std::pair<float, std::uint32_t>, cryptomatte_ranks> ranked;
+            for (std::size_t rank = 0; rank < ranked.size(); ++rank)
+                ranked[rank] = {-pairs[2 * rank + 1], std::bit_cast<std::uint32_t>(pairs[2 * rank])};
+            std::ranges::sort(ranked);
+            const float samples = static_cast<float>(std::max(passes_of(tile_at(x, y)), 1u));
+            for (std::size_t rank = 0; rank < ranked.size(); ++rank) {
+                const auto [count, id] = ranked[rank];
+                pairs[2 * rank] = count == 0 ? 0
+                                  : std::size_t{id} <= ids.size()
+                                      ? ids[id - 1]
+                                      : cryptomatte_id(std::string(kind) + std::to_string(id));
+                pairs[2 * rank + 1] = -count / samples;
+            }
+        }
+}
+
 bool Film::wants(const std::string& name) const {
     return (takes_guides_ && is_guide(name)) ||
            std::find(plane_names_.begin(), plane_names_.end(), name) != plane_names_.end();
@@ -325,7 +390,7 @@ void Film::put_plane(const std::string& name, IdImage image) {
 
 std::optional<std::string> Film::missing() const {
     std::size_t with_colour = 0, with_surfaces = 0;  // tiles that are to have them
-    std::size_t without_colour = 0, without_surfaces = 0, without_guides = 0;
+    std::size_t without_colour = 0, without_surfaces = 0, without_guides = 0, without_ids = 0;
     bool any_guides = false;
     for (std::uint32_t tile = share_.first; tile < all_tiles(); tile += share_.step) {
         const bool is_begun = tile < progress_.size();
@@ -337,15 +402,17 @@ std::optional<std::string> Film::missing() const {
         ++with_surfaces;
         without_surfaces += !progress.surfaces;
         without_guides += !is_begun || progress.guide_passes != passes_of(tile);
+        without_ids += !is_begun || progress.id_passes != passes_of(tile);
         any_guides |= progress.guide_passes > 0;
     }
     std::vector<std::string> names = plane_names_;
     if (any_guides)  // of no use unless there are all
         names.insert(names.end(), std::begin(guide_names), std::end(guide_names));
     for (const std::string& name : names) {
-        const std::size_t tiles = name == "colour" ? without_colour
-                                  : is_guide(name) ? without_guides
-                                                   : without_surfaces;
+        const std::size_t tiles = name == "colour"  ? without_colour
+                                  : is_guide(name)  ? without_guides
+                                  : is_crypto(name) ? without_ids
+                                                    : without_surfaces;
         if (tiles > 0 && !whole_.contains(name))
             return "plane " + name + " unfinished in " + std::to_string(tiles) + " of " +
                    std::to_string(name == "colour" ? with_colour : with_surfaces) + " tiles";
@@ -444,6 +511,8 @@ void Film::finish(Frame& frame) {
     if (!whole_.contains("colour"))
         average_colour();
     finish_guides();
+    rank_ids("crypto_object", object_ids_);
+    rank_ids("crypto_material", material_ids_);
     if (references_.samples > 0)
         average_references();
     if (has_holes_)

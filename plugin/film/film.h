@@ -41,7 +41,9 @@ struct FilmSettings {
     int tile_side = default_tile_side;
     bool has_holes = false;       ///< pixels that nobody answers for are no part of the picture (finish)
     ReferenceTiles references{};  ///< colour passes alone, after all other tiles; "reference" is made of them
-    FramePart part{};             ///< whose tiles are handed out; with part 0 of several: none
+    /// By their ids less 1: what planes of group "cryptomatte" hold for objects and materials (cryptomatte.h).
+    std::vector<float> object_ids{}, material_ids{};
+    FramePart part{};  ///< whose tiles are handed out; with part 0 of several: none
 };
 
 /// Of the sums of references.
@@ -96,6 +98,10 @@ public:
     /// Returns false, adding nothing, when the tile has had all its passes.
     bool add_guides(const TilePixels& pixels, const float* guides);
 
+    /// Adds what one colour pass met first, two numbers a pixel: object and material, 0 for a miss.
+    /// Returns false, adding nothing, when the tile has had all its passes.
+    bool add_ids(const TilePixels& pixels, const std::uint32_t* ids);
+
     /// Whole planes; they take the place of what tiles say of them. The image must have the right shape.
     void put_plane(const std::string& name, FloatImage image);
     void put_plane(const std::string& name, IdImage image);
@@ -114,6 +120,7 @@ public:
         return is_reference(tile) ? first_reference_sample + pass : pass;
     }
     bool takes_guides() const { return takes_guides_; }
+    bool takes_ids() const { return wants("crypto_object") || wants("crypto_material"); }
     /// Where `finish` padded colour: 0 there; null where it did not.
     const ByteImage* padded() const { return answered_.empty() || whole_.contains("colour") ? nullptr : &answered_; }
 
@@ -135,7 +142,7 @@ public:
 
 private:
     struct TileProgress {
-        std::uint32_t colour_passes = 0, guide_passes = 0;
+        std::uint32_t colour_passes = 0, guide_passes = 0, id_passes = 0;
         bool surfaces = false;
     };
     es_tile tile(std::uint32_t id) const;
@@ -155,6 +162,7 @@ private:
     void average_colour();
     void average_references();
     void finish_guides();
+    void rank_ids(const char* name, const std::vector<float>& ids);
     void leave_holes();
     float* real_target(const std::string& name);
     std::uint32_t* id_target(const std::string& name);
@@ -190,6 +198,7 @@ private:
     /// By reference tile, of the first half of its passes and then of the second, pixel by pixel: sums of radiance, and
     /// how many samples they are of.
     std::vector<double> reference_sums_;
+    std::vector<float> object_ids_, material_ids_;
 };
 
 // Pixels that nobody looks at, coloured so that a picture codes well.

@@ -70,6 +70,7 @@ void Film::put_part(const FramePart& part, const std::string& bytes) {
         TileProgress& progress = progress_[id];
         progress.colour_passes = passes_of(id);
         progress.surfaces = true;
+        progress.id_passes = passes_of(id);
         bool is_sound = progress.guide_passes == 0 || progress.guide_passes == passes_of(id);
         const es_tile of = tile(id);
         for (std::uint32_t i = 0; i < of.pixel_count && !is_reference(id); ++i) {

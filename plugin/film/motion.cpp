@@ -21,7 +21,9 @@ glm::dvec2 Motion::difference(glm::dvec2 pixel, const glm::dvec3& direction_ther
 }
 
 glm::dvec2 Motion::of_point(glm::dvec2 pixel, const glm::dvec3& position_there_m) const {
-    return difference(pixel, there_from_world_ * (position_there_m - there_.position_m));
+    const glm::dvec3 point = there_from_world_ * (position_there_m - there_.position_m);
+    const auto* sphere = std::get_if<EquirectCamera>(&camera_);
+    return difference(pixel, sphere != nullptr ? sphere->direction_to(point) : point);
 }
 
 glm::dvec2 Motion::of_direction(glm::dvec2 pixel) const {

@@ -70,13 +70,22 @@ float FrameRays::footprint_rad(const glm::vec3& d) const {
     return static_cast<float>(std::sqrt(cosine * cosine * cosine) / std::get<PerspectiveCamera>(camera_).focal_px());
 }
 
+glm::vec3 FrameRays::origin(const Place& place) const {
+    if (atlas_)
+        return origins_[atlas_->slot_at(place.x, place.y).offset_index];
+    if (!is_ods(camera_))
+        return origins_.front();
+    return origins_.front() +
+           world_from_camera_ * glm::vec3(std::get<EquirectCamera>(camera_).origin(place.u, place.v));
+}
+
 es_ray FrameRays::ray(const glm::vec3& direction_camera, const Place& place, std::uint32_t sample) const {
     const glm::vec3 d = glm::normalize(world_from_camera_ * direction_camera);
-    const glm::vec3& origin = origins_[atlas_ ? atlas_->slot_at(place.x, place.y).offset_index : 0];
+    const glm::vec3 from = origin(place);
     es_ray ray{};
-    ray.origin[0] = origin.x;
-    ray.origin[1] = origin.y;
-    ray.origin[2] = origin.z;
+    ray.origin[0] = from.x;
+    ray.origin[1] = from.y;
+    ray.origin[2] = from.z;
     ray.t_min = 0;
     ray.direction[0] = d.x;
     ray.direction[1] = d.y;

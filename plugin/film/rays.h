@@ -27,6 +27,7 @@ private:
         double u, v;
     };
     es_ray ray(const glm::vec3& direction_camera, const Place& place, std::uint32_t sample) const;
+    glm::vec3 origin(const Place& place) const;
     Place place_of(int x, int y, double u, double v) const;
     std::uint32_t pixel_of(int x, int y) const { return static_cast<std::uint32_t>(y * width_ + x); }
     /// Of a window: the pixel of its sphere; else the pixel itself.

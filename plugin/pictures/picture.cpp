@@ -2,6 +2,7 @@
 
 #include <equistream/aov.h>
 #include <equistream/bound.h>
+#include <equistream/cryptomatte.h>
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -132,13 +134,28 @@ ByteImage motion_picture(const FloatImage& motion) {
     });
 }
 
+Rgb colour_of_id(std::uint32_t id) {
+    if (id == 0)
+        return {0, 0, 0};
+    const double golden = std::numbers::phi - 1;
+    return hsv(std::fmod(id * golden, 1.0), 0.45 + 0.4 * std::fmod(id * 0.37, 1.0),
+               0.95 - 0.4 * std::fmod(id * 0.73, 1.0));
+}
+
 ByteImage id_picture(const IdImage& ids) {
-    return map_plane(ids, [](const std::uint32_t* id) -> Rgb {
-        if (*id == 0)
-            return {0, 0, 0};
-        const double golden = std::numbers::phi - 1;
-        return hsv(std::fmod(*id * golden, 1.0), 0.45 + 0.4 * std::fmod(*id * 0.37, 1.0),
-                   0.95 - 0.4 * std::fmod(*id * 0.73, 1.0));
+    return map_plane(ids, [](const std::uint32_t* id) { return colour_of_id(*id); });
+}
+
+/// Colours of ids, mixed by how much each covers.
+ByteImage cryptomatte_picture(const FloatImage& plane) {
+    return map_plane(plane, [](const float* pairs) {
+        Rgb mixed{};
+        for (int rank = 0; rank < cryptomatte_ranks; ++rank, pairs += 2) {
+            const Rgb colour = colour_of_id(std::bit_cast<std::uint32_t>(pairs[0]));
+            for (std::size_t c = 0; c < 3; ++c)
+                mixed[c] += pairs[1] > 0 && pairs[1] <= 1 ? double(pairs[1]) * colour[c] : 0;
+        }
+        return mixed;
     });
 }
 
@@ -160,6 +177,8 @@ ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const D
         return map_plane(image, [](const float* n) {
             return Rgb{0.5 + 0.5 * n[0], 0.5 + 0.5 * n[1], 0.5 + 0.5 * n[2]};
         });
+    if (find_aov(plane) && find_aov(plane)->group == "cryptomatte")
+        return cryptomatte_picture(image);
     if (plane == "specular")
         return map_plane(image, [](const float* s) { return Rgb{s[0], s[0], s[0]}; });
     const double exposure = plane == "colour" ? frame.info.exposure : 1;

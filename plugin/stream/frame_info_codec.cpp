@@ -148,7 +148,7 @@ private:
     std::span<const std::uint8_t> bytes_;
 };
 
-enum class CameraKind : std::uint8_t { equirect = 0, perspective = 1 };
+enum class CameraKind : std::uint8_t { equirect = 0, perspective = 1, ods = 2 };
 
 /// Four numbers: longitude and latitude limits, or the horizontal field of view and three zeros.
 std::array<double, 4> camera_numbers(const Camera& camera) {
@@ -156,6 +156,12 @@ std::array<double, 4> camera_numbers(const Camera& camera) {
         return {perspective->fov_x_rad, 0, 0, 0};
     const auto& range = std::get<EquirectCamera>(camera).range;
     return {range.longitude_min, range.longitude_max, range.latitude_min, range.latitude_max};
+}
+
+CameraKind kind_of(const Camera& camera) {
+    return std::holds_alternative<PerspectiveCamera>(camera) ? CameraKind::perspective
+           : is_ods(camera)                                  ? CameraKind::ods
+                                                             : CameraKind::equirect;
 }
 
 Camera make_camera(CameraKind kind, int width, int height, const std::array<double, 4>& numbers) {
@@ -244,11 +250,25 @@ std::vector<MovingRegion> get_moving(Reader& in, TrackRole role, const Camera& c
     return unpack_motion_table(bytes, width_of(camera), height_of(camera));
 }
 
+/// Each column's eye is half of what lies between both from the camera's place.
+void make_ods(FrameInfo& info) {
+    if (info.eye == Eye::centre || !(info.ipd_m > 0))
+        damaged("omnidirectional stereo of a left or right eye", "an eye at the centre");
+    std::get<EquirectCamera>(info.camera).ods_side_m = ods_side_m(info.eye, info.ipd_m);
+}
+
+StereoPacking get_packing(Reader& in, TrackRole role) {
+    const auto packing = in.get_enum(StereoPacking::top_bottom, "packing of both eyes");
+    if (packing != StereoPacking::none && role != TrackRole::main && role != TrackRole::depth)
+        damaged("both eyes in main's pictures and their depth alone", track_name(role));
+    return packing;
+}
+
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
     tagged.role = in.get_enum(TrackRole::window_reflections, "track role");
-    const auto kind = in.get_enum(CameraKind::perspective, "camera kind");
+    const auto kind = in.get_enum(CameraKind::ods, "camera kind");
     info.eye = in.get_enum(Eye::right, "eye");
     info.lock = in.get_enum(AxisLock::path, "axis lock");
     const int width = in.get_side("camera width");
@@ -266,6 +286,8 @@ TaggedFrameInfo read_fields(Reader& in) {
     info.camera_pose = in.get_pose("camera pose");
     info.head = in.get_pose("head pose");
     info.ipd_m = in.get_number("interpupillary distance", 0, max_ipd_m);
+    if (kind == CameraKind::ods)
+        make_ods(info);
     info.head_radius_m = in.get_number("head box radius", 0, max_head_box_radius_m);
     info.exposure = in.get_positive("exposure");
     info.seed = in.get<std::uint64_t>();
@@ -292,6 +314,8 @@ TaggedFrameInfo read_fields(Reader& in) {
         info.moving = get_moving(in, tagged.role, info.camera);
     if (!in.at_end())
         info.denoiser = in.get_name();
+    if (!in.at_end())
+        info.packing = get_packing(in, tagged.role);
     return tagged;
 }
 
@@ -352,10 +376,9 @@ std::size_t motion_bytes(const FrameInfo& info) {
 }
 
 std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info, TrackPosition position) {
-    const bool perspective = std::holds_alternative<PerspectiveCamera>(info.camera);
     Writer fields;
     fields.put(static_cast<std::uint8_t>(role));
-    fields.put(static_cast<std::uint8_t>(perspective ? CameraKind::perspective : CameraKind::equirect));
+    fields.put(static_cast<std::uint8_t>(kind_of(info.camera)));
     fields.put(static_cast<std::uint8_t>(info.eye));
     fields.put(static_cast<std::uint8_t>(info.lock));
     fields.put(static_cast<std::uint32_t>(width_of(info.camera)));
@@ -391,6 +414,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put(static_cast<std::uint16_t>(moving.size()));
     fields.append(moving);
     fields.put_name(info.denoiser, "denoiser");
+    fields.put(static_cast<std::uint8_t>(info.packing));
 
     Writer payload;
     payload.append(payload_uuid);

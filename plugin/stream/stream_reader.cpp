@@ -1,4 +1,5 @@
 #include "source.h"
+#include "spatial_boxes.h"
 #include "track_decoder.h"
 #include "truncation.h"
 
@@ -7,7 +8,10 @@
 
 #include <algorithm>
 #include <deque>
+#include <filesystem>
+#include <fstream>
 #include <limits>
+#include <map>
 
 namespace equistream {
 
@@ -50,6 +54,16 @@ bool unit_lengths_add_up(std::span<const std::uint8_t> packet) {
         packet = packet.subspan(prefix + length);
     }
     return packet.empty();
+}
+
+/// Of files alone: elsewhere the movie's header has gone by.
+std::map<std::uint32_t, SpatialTags> spatial_tags_of(const std::string& source, const AVFormatContext& format) {
+    std::error_code error;
+    if (is_url(source) || !std::string_view(format.iformat->name).starts_with("mov") ||
+        !std::filesystem::is_regular_file(source, error))
+        return {};
+    std::ifstream file(source, std::ios::binary);
+    return read_spatial_tags(file);
 }
 
 struct ReadTrack {
@@ -99,6 +113,7 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
     container = format->iformat->long_name;
     is_live = comes_at_its_own_pace(source, *format);
     const int threads = has_tiles(*format) ? threads_of_tiles : 0;
+    const std::map<std::uint32_t, SpatialTags> tags = spatial_tags_of(source, *format);
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];
         if (!is_video(stream) || tracks.size() == max_stream_tracks) {
@@ -108,6 +123,8 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
         av::forget_unknown_colours(*stream.codecpar);
         tracks.push_back(
             std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source, options, threads));
+        if (const auto said = tags.find(std::uint32_t(stream.id)); said != tags.end())
+            tracks.back()->decoder.take_tags(said->second);
         if (holds_back)
             tracks.back()->held = av::make_packet();
         else

@@ -1,4 +1,5 @@
 #include "output.h"
+#include "spatial_boxes.h"
 #include "track_encoder.h"
 
 #include <equistream/camera_limits.h>
@@ -7,6 +8,9 @@
 #include <equistream/stream.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
 #include <utility>
 
 extern "C" {
@@ -43,12 +47,20 @@ void add_side_data(AVStream& stream, AVPacketSideDataType type, Data* data, std:
     }
 }
 
-void tag_as_equirect(AVStream& stream) {
+/// Of a part of the sphere: bounds say what is cut off at each side.
+void tag_as_equirect(AVStream& stream, const LongitudeLatitudeRange& range) {
     std::size_t size = 0;
     AVSphericalMapping* mapping = av_spherical_alloc(&size);
     if (!mapping)
         throw std::bad_alloc();
-    mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
+    mapping->projection = range.is_full_sphere() ? AV_SPHERICAL_EQUIRECTANGULAR : AV_SPHERICAL_EQUIRECTANGULAR_TILE;
+    const auto bound = [](double share) {
+        return std::uint32_t(std::llround(std::clamp(share, 0.0, 1.0) * std::numeric_limits<std::uint32_t>::max()));
+    };
+    mapping->bound_left = bound(0.5 + range.longitude_min / (2 * pi));
+    mapping->bound_right = bound(0.5 - range.longitude_max / (2 * pi));
+    mapping->bound_top = bound(0.5 - range.latitude_max / pi);
+    mapping->bound_bottom = bound(0.5 + range.latitude_min / pi);
     add_side_data(stream, AV_PKT_DATA_SPHERICAL, mapping, size);
 }
 
@@ -90,8 +102,10 @@ struct StreamWriter::State {
 
     void open_format();
     void add_stream(WrittenTrack& track);
-    bool tags_sphere() const { return settings.full_sphere && container.tags_spheres; }
+    bool tags_sphere() const { return settings.sphere && container.tags_spheres; }
+    bool is_mp4() const { return std::string_view(container.muxer) == "mp4"; }
     void write_header();
+    void write_header_with_vexu();
     WrittenTrack& track_of(TrackRole role, std::size_t tile);
     bool is_tile(const WrittenTrack& track) const;
     /// The track that takes this frame next.
@@ -128,8 +142,7 @@ StreamWriter::State::State(const std::string& target_name, const StreamSettings&
             std::make_unique<WrittenTrack>(settings, track, (format->oformat->flags & AVFMT_GLOBALHEADER) != 0));
         add_stream(*tracks.back());
     }
-    output = std::make_unique<Output>(target, std::move(tap),
-                                      std::string_view(container.muxer) == "mp4" ? longest_header_bytes(settings) : 0);
+    output = std::make_unique<Output>(target, std::move(tap), is_mp4() ? longest_header_bytes(settings) : 0);
     format->pb = output->io();
     write_header();
 }
@@ -176,10 +189,10 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
     if (container.names_tracks)
         for (const char* key : {"title", "handler_name"})
             av_dict_set(&stream->metadata, key, track_name(track.role), 0);
-    if (track.codec == Codec::h265 && std::string_view(container.muxer) == "mp4")
+    if (track.codec == Codec::h265 && is_mp4())
         stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');  // the one that every player takes
     if (tags_sphere() && track.role == TrackRole::main)
-        tag_as_equirect(*stream);
+        tag_as_equirect(*stream, *settings.sphere);
     if (settings.stereo != StereoPacking::none && container.tags_spheres && track.role == TrackRole::main)
         tag_as_stereo(*stream, settings.stereo);
     track.stream = stream;
@@ -188,13 +201,36 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
 void StreamWriter::State::write_header() {
     av::Options options;
     // Written front to back, playable up to any cut: a fragment per group of pictures can be read without what follows.
-    if (std::string_view(container.muxer) == "mp4")
+    if (is_mp4())
         options.set("movflags", "frag_keyframe+empty_moov+default_base_moof");
     check(avformat_init_output(format.get(), options.taken()), "preparing the container");
     options.require_all_taken(std::string("the container ") + container.muxer + " of this libavformat");
-    check(avformat_write_header(format.get(), nullptr), "writing the header");
+    if (is_mp4() && settings.tracks.front().role == TrackRole::main &&
+        (settings.sphere || settings.stereo != StereoPacking::none))
+        write_header_with_vexu();
+    else
+        check(avformat_write_header(format.get(), nullptr), "writing the header");
     output->flush();  // a full disk or a closed connection shows before any work is done
     header_written = true;
+}
+
+/// libavformat before 7.1 knows no vexu, so it is put into what that has written.
+void StreamWriter::State::write_header_with_vexu() {
+    SpatialTags tags{.sphere = settings.sphere, .stereo = settings.stereo};
+    if (settings.stereo != StereoPacking::none && settings.baseline_m > 0)
+        tags.baseline_m = settings.baseline_m;
+    AVIOContext* memory = nullptr;
+    if (avio_open_dyn_buf(&memory) < 0)
+        throw std::bad_alloc();
+    AVIOContext* const to_output = std::exchange(format->pb, memory);
+    const int code = avformat_write_header(format.get(), nullptr);
+    std::uint8_t* bytes = nullptr;
+    const int size = avio_close_dyn_buf(memory, &bytes);
+    format->pb = to_output;
+    const std::unique_ptr<std::uint8_t, decltype(&av_free)> owner(bytes, &av_free);
+    check(code, "writing the header");
+    const auto header = with_box_in_first_entry({bytes, std::size_t(size)}, vexu_box(tags));
+    avio_write(format->pb, header.data(), int(header.size()));
 }
 
 WrittenTrack& StreamWriter::State::track_of(TrackRole role, std::size_t tile) {

@@ -1,5 +1,6 @@
 #include "track_decoder.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
@@ -79,9 +80,9 @@ std::optional<TaggedFrameInfo> frame_info_of(const AVFrame& frame) {
 }
 
 /// Half the columns and rows of the picture that it says it is of.
-bool is_half_of(const AVFrame& frame, const Camera& camera) {
-    return is_acceptable_size(width_of(camera), height_of(camera)) && frame.width * 2 == width_of(camera) &&
-           frame.height * 2 == height_of(camera);
+bool is_half_of(const AVFrame& frame, const FrameInfo& info) {
+    const int width = picture_width(info), height = picture_height(info);
+    return is_acceptable_size(width, height) && frame.width * 2 == width && frame.height * 2 == height;
 }
 
 /// Depth needs its code, in samples of that code, and its size; colour has none.
@@ -89,7 +90,7 @@ bool fits_role(const AVFrame& frame, const TaggedFrameInfo& tagged) {
     const auto& depth_code = tagged.info.depth_code;
     if (is_depth(tagged.role) != depth_code.has_value())
         return false;
-    if (depth_code && depth_code->halved && (!may_be_halved(tagged.role) || !is_half_of(frame, tagged.info.camera)))
+    if (depth_code && depth_code->halved && (!may_be_halved(tagged.role) || !is_half_of(frame, tagged.info)))
         return false;
     return !depth_code || decoded_planes(frame, make_depth_code(depth_code->code)->format()).has_value();
 }
@@ -117,17 +118,31 @@ std::string colour_of(const AVCodecParameters& parameters) {
            name_or(av_color_space_name(parameters.color_space));
 }
 
-bool is_equirect(const AVStream& stream) {
+/// What libavformat found of sv3d (Matroska: Projection). Bounds say what is cut off at each side.
+std::optional<LongitudeLatitudeRange> sphere_of(const AVStream& stream) {
     const auto* mapping = side_data<AVSphericalMapping>(stream, AV_PKT_DATA_SPHERICAL);
-    return mapping && mapping->projection == AV_SPHERICAL_EQUIRECTANGULAR;
+    if (!mapping || (mapping->projection != AV_SPHERICAL_EQUIRECTANGULAR &&
+                     mapping->projection != AV_SPHERICAL_EQUIRECTANGULAR_TILE))
+        return std::nullopt;
+    constexpr double whole = 4294967296.0;
+    const LongitudeLatitudeRange range{
+        2 * pi * (mapping->bound_left / whole - 0.5), 2 * pi * (0.5 - mapping->bound_right / whole),
+        pi * (mapping->bound_bottom / whole - 0.5), pi * (0.5 - mapping->bound_top / whole)};
+    if (longitudes_mismatch(range.longitude_min, range.longitude_max) ||
+        latitudes_mismatch(range.latitude_min, range.latitude_max))
+        return std::nullopt;
+    return range;
 }
 
-StereoPacking stereo_of(const AVStream& stream) {
+/// What libavformat found of st3d (Matroska: StereoMode).
+void read_stereo(const AVStream& stream, StreamTrackSummary& summary) {
     const auto* stereo = side_data<AVStereo3D>(stream, AV_PKT_DATA_STEREO3D);
-    return !stereo                                  ? StereoPacking::none
-           : stereo->type == AV_STEREO3D_TOPBOTTOM  ? StereoPacking::top_bottom
-           : stereo->type == AV_STEREO3D_SIDEBYSIDE ? StereoPacking::side_by_side
-                                                    : StereoPacking::none;
+    if (!stereo)
+        return;
+    summary.stereo = stereo->type == AV_STEREO3D_TOPBOTTOM    ? StereoPacking::top_bottom
+                     : stereo->type == AV_STEREO3D_SIDEBYSIDE ? StereoPacking::side_by_side
+                                                              : StereoPacking::none;
+    summary.right_first = summary.stereo != StereoPacking::none && (stereo->flags & AV_STEREO3D_FLAG_INVERT) != 0;
 }
 
 std::string track_title(const AVStream& stream) {
@@ -149,8 +164,8 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
     summary.frames_per_second = rate.den > 0 ? av_q2d(rate) : 0;
     summary.pixel_format = name_or(av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format)));
     summary.colour = colour_of(parameters);
-    summary.equirect = is_equirect(stream);
-    summary.stereo = stereo_of(stream);
+    summary.sphere = sphere_of(stream);
+    read_stereo(stream, summary);
     return summary;
 }
 
@@ -167,6 +182,17 @@ TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const
     codec_ = open_decoder(stream, source, hardware_, callbacks_, threads);
     summary_ = summarise(stream, assumed_role);
     tally_.role = assumed_role;
+}
+
+void TrackDecoder::take_tags(const SpatialTags& tags) {
+    if (!summary_.sphere)
+        summary_.sphere = tags.sphere;
+    if (summary_.stereo == StereoPacking::none) {
+        summary_.stereo = tags.stereo;
+        summary_.right_first = tags.right_first;
+    }
+    summary_.baseline_m = tags.baseline_m;
+    summary_.has_vexu = true;
 }
 
 void TrackDecoder::decode(const AVPacket& packet, bool suspect) {

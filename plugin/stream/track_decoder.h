@@ -2,6 +2,7 @@
 /// One track of a stream being read: packets in, checked pictures out, and the tally of what came and what is missing.
 #include "picture_converter.h"
 #include "picture_decoding.h"
+#include "spatial_boxes.h"
 
 #include <equistream/depth_code.h>
 #include <equistream/stream.h>
@@ -39,6 +40,8 @@ public:
     /// `suspect`: the last packet of a track that may have been cut short.
     void decode(const AVPacket& packet, bool suspect = false);
     void drain();
+    /// What the file's vexu box says of the track; what libavformat found goes before it.
+    void take_tags(const SpatialTags& tags);
     /// A key frame comes next, from anywhere in the track: what is held goes, what lies between is not missing.
     void jump();
     /// When the next picture that is ready is shown; nothing where none is, the past where it does not say.

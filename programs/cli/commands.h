@@ -28,6 +28,8 @@ inline constexpr std::array commands = {
     Command{"view", "equistream-view", "look around in a stream, in a window"},
     Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, whole and noise-free error"},
     Command{"import", "equistream-import", "make frames of any renderer's EXR sequences"},
+    Command{"export", "equistream-export",
+            "write frames as EXR files that compositing programs read: deep, or in parts"},
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
     Command{"model", "equistream-model", "make the geometry a client needs of a scene"},
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},

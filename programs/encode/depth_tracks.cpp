@@ -50,10 +50,14 @@ struct Extent {
     }
 };
 
-FloatImage read_distances(const DepthTrack& track, std::int64_t index) {
-    const std::filesystem::path file = track.source.folder / frame_file_name(index);
-    const Frame frame = read_exr(file, planes_of(track.role));
-    return distances_to_code(track, frame, file);
+/// Takes what a frame's pictures show, of both eyes where they are packed.
+void take_in(const DepthTrack& track, std::int64_t index, Extent& extent) {
+    for (const std::filesystem::path& folder : {track.source.folder, track.right_eye}) {
+        if (folder.empty())
+            continue;
+        const std::filesystem::path file = folder / frame_file_name(index);
+        extent.take_in(distances_to_code(track, read_exr(file, planes_of(track.role)), file));
+    }
 }
 
 /// Of the first frames of a few groups, spread over all of them.
@@ -62,7 +66,7 @@ Extent extent_of_some(const DepthTrack& track, const std::vector<std::int64_t>& 
     const std::size_t looks = std::min(groups, looked_at);
     Extent extent;
     for (std::size_t i = 0; i < looks; ++i)
-        extent.take_in(read_distances(track, frames[i * groups / looks * std::size_t(gop)]));
+        take_in(track, frames[i * groups / looks * std::size_t(gop)], extent);
     return extent;
 }
 
@@ -175,7 +179,7 @@ DepthRange DepthRanges::of(std::size_t position, const DepthWay& way) {
     if (const std::size_t group = position / gop_; group != group_) {
         Extent extent;
         for (std::size_t i = group * gop_; i < std::min((group + 1) * gop_, frames_.size()); ++i)
-            extent.take_in(read_distances(track_, frames_[i]));
+            take_in(track_, frames_[i], extent);
         nearest_m_ = extent.nearest_m;
         has_empty_ = extent.has_empty;
         group_ = group;
@@ -198,11 +202,17 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         const TrackRole role = *depth_role_of(source.role);
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;
+        if (is_ods(info.camera))
+            throw InputError(expected_found("--depth: " + source.folder.string(),
+                                            "spheres whose rays all begin at one place",
+                                            "omnidirectional stereo, which clients turn without depth"));
         DepthTrack track{role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
         track.halved =
             may_be_halved(role) && asked.halved.value_or(false) &&
             (source.role == sources.looked_at().role || can_be_halved(width_of(info.camera), height_of(info.camera)));
         track.focal_length_px = focal_length_px;
+        if (role == TrackRole::depth)
+            track.right_eye = sources.right_eye;
         if (!(track.box_radius_m > 0))
             throw InputError(expected_found(source.folder.string(),
                                             "eyes that may leave the sphere's centre, for depth to be of use",
@@ -224,7 +234,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         if (source.role == TrackRole::hidden || (source.role == TrackRole::patches && main_has_some))
             plan.tracks.push_back(planned(source, default_focal_length_px, request));
     choose_depth(request, beside, plan);
-    if (request.images != ImagesTrack::none)
+    if (request.images != ImagesTrack::none && sources.packing == StereoPacking::none)
         add_images(request, beside, plan);
     if (looked_at.role != TrackRole::main && main_has_some) {
         DepthRequest settled = request;

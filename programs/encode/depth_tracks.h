@@ -44,6 +44,8 @@ struct DepthTrack {
     double focal_length_px = default_focal_length_px;
     /// Of a hidden layer: main's frames, whose depth it gets where it holds nothing. Empty: it stays as it is.
     std::filesystem::path main_folder{};
+    /// Where both eyes are packed: the right one's frames, whose distances are in the same pictures. Else empty.
+    std::filesystem::path right_eye{};
 };
 
 /// Main's depth may be coded in any of these ways.

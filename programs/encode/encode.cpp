@@ -48,16 +48,15 @@ DepthRequest depth_request_of(const Options& options) {
     return depth;
 }
 
-/// Ordinary players know of one picture a frame and of nothing that goes with it.
+/// Both eyes in one picture have depth, and nothing else that goes with one eye's.
 StereoPacking packing_of(const Options& options) {
     if (options.stereo == "tracks")
         return StereoPacking::none;
     const auto refuse = [&](bool given, const std::string& option) {
-        cli::require(!given, "--stereo " + options.stereo, "both eyes as ordinary video, nothing beside it", option);
+        cli::require(!given, "--stereo " + options.stereo, "both eyes and their depth, nothing beside them", option);
     };
     refuse(!options.eye.empty(), "--eye " + options.eye);
     refuse(options.fill != "auto" && options.fill != "none", "--fill " + options.fill);
-    refuse(options.request.depth.code != "none", "--depth " + options.request.depth.code);
     refuse(options.mirrors == "always", "--mirrors always");
     refuse(options.motion != "none", "--motion " + options.motion);
     refuse(options.transfer != "srgb", "--transfer " + options.transfer);
@@ -152,8 +151,8 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         .one_of({"centre", "left", "right"});
     cli::add_with_default(
         app, "--stereo", options.stereo,
-        "For ordinary 360 players: top-bottom (left/'s eye above right/'s, what most of them know) or "
-        "side-by-side, one video without poses; tracks: what the client plays",
+        "tracks: one eye's sphere, of which clients make both by depth; top-bottom (left/'s eye above right/'s, what "
+        "most 360 players know) or side-by-side: both eyes' spheres in one picture, each eye shown from its own",
         {"tracks", "top-bottom", "side-by-side"});
     cli::add_frames_option(app, options.sources.frames, "FIRST-LAST or one number (default: all there are)");
     cli::add_with_default(app, "--fill", options.fill,

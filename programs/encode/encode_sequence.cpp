@@ -34,10 +34,13 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     settings.frames_per_second = first.front().info.frames_per_second;
     settings.scene = first.front().info.scene;
     const auto* sphere = std::get_if<EquirectCamera>(&first.front().info.camera);
-    settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
+    if (sphere != nullptr)
+        settings.sphere = sphere->range;
     settings.pictures = static_cast<std::uint32_t>(request.sources.frames.size());
     settings.stereo = request.sources.packing;
-    settings.tagged = settings.stereo == StereoPacking::none;
+    settings.tagged = first.front().is_posed;
+    if (settings.stereo != StereoPacking::none)
+        settings.baseline_m = first.front().info.ipd_m;
     return settings;
 }
 
@@ -167,6 +170,9 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     const std::vector<std::int64_t>& frames = request.sources.frames;
     std::vector<Picture> pictures = read_frame(request.sources, {}, frames.front(), coding);
     check_sizes(pictures, request.sources);
+    cli::require(!is_ods(pictures.front().info.camera) || request.sources.packing != StereoPacking::none,
+                 request.sources.tracks.front().folder.string(),
+                 "--stereo top-bottom or side-by-side: omnidirectional stereo is of both eyes", "one eye's");
     SourceRenders renders(request.sources);
     renders.check(pictures);
     ColourTrials trials(request.sources, request.settings);

@@ -135,7 +135,7 @@ std::string motion_text(const EncodeReport& report) {
 /// Of a render with both eyes: what a client makes of the one that is sent, and how to send the other.
 std::string left_out_text(const Sources& sources) {
     return formatted("  %s/ is left out: clients make both eyes of %s by depth (--eye %s sends that instead, --stereo "
-                     "top-bottom both as ordinary video)\n",
+                     "top-bottom both)\n",
                      in_a_sentence(sources.left_out, "/, ").c_str(), sources.tracks.front().folder.string().c_str(),
                      sources.left_out.front().c_str());
 }
@@ -170,8 +170,9 @@ nlohmann::ordered_json encode_json(const EncodeRequest& request, const AsTyped& 
         {"view", options.transfer == "pq" ? nlohmann::json() : nlohmann::json(default_view)},
         {"exposure", report.first.exposure},
         {"scene", report.first.scene},
-        {"full_sphere", report.settings.full_sphere},
+        {"full_sphere", report.settings.sphere && report.settings.sphere->is_full_sphere()},
         {"stereo", options.stereo},
+        {"posed", report.settings.tagged},
         {"sphere_tag", report.sphere_tag},
         {"frames_per_second", report.settings.frames_per_second},
         {"frames",
@@ -203,8 +204,9 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
                  report.settings.crf, report.settings.preset.c_str(), report.settings.gop,
                  report.settings.frames_per_second, report.sphere_tag ? ", tagged as 360 degree video" : "");
     if (report.settings.stereo != StereoPacking::none)
-        std::fprintf(out, "  both eyes in one picture, %s, without poses: for ordinary players\n",
-                     options.stereo.c_str());
+        std::fprintf(out, "  both eyes in one picture, %s%s\n", options.stereo.c_str(),
+                     report.settings.tagged ? ""
+                                            : ", without poses: the right eye is not where the left one's head has it");
     if (report.settings.transfer == Transfer::pq)
         std::fprintf(out, "  exposure %g, HDR: PQ (white at %g nits) BT.2020 4:2:0, 10 bits\n", report.first.exposure,
                      pq_white_nits);

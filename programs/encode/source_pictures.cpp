@@ -161,7 +161,7 @@ bool is_halved(const DepthTrack& track, const FloatImage& distances_m) {
     return track.halved && can_be_halved(distances_m.width(), distances_m.height());
 }
 
-/// The main folder's picture and, where both eyes are packed, the other eye's after it.
+/// The main folder's picture and, where both eyes are packed, the other eye's in it.
 std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, std::int64_t index,
                                 const ColourCoding& coding) {
     std::vector<Picture> pictures;
@@ -176,7 +176,13 @@ std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, st
     cli::require(left_size == right_size, (sources.right_eye / frame_file_name(index)).string(),
                  "the left eye's size, " + left_size, right_size);
     left.right_info = right.info;
+    left.is_posed = is_right_eye_of(left.info, right.info);
+    left.info.packing = sources.packing;
     left.rgb = packed_eyes(sources.packing, left.rgb.view(), right.rgb.view());
+    for (std::size_t i = 0; i < left.distances_m.size(); ++i) {
+        FloatImage& distances_m = left.distances_m[i].second;
+        distances_m = packed_eyes(sources.packing, distances_m.view(), right.distances_m[i].second.view());
+    }
     left.not_finite_samples += right.not_finite_samples;
     left.read_ms += right.read_ms;
     left.display_ms += right.display_ms;

@@ -51,8 +51,10 @@ struct Picture {
     TrackRole role = TrackRole::main;
     FrameInfo info;
     std::optional<FrameInfo> right_info;  ///< the other eye's, where both are in the picture
-    ByteImage rgb;                        ///< display-referred
-    FloatImage pq;                        ///< in its place, where that is the transfer
+    /// False where the right eye is not where left one's head has it: then no client can pose the two.
+    bool is_posed = true;
+    ByteImage rgb;  ///< display-referred
+    FloatImage pq;  ///< in its place, where that is the transfer
     int width() const { return pq.empty() ? rgb.width() : pq.width(); }
     int height() const { return pq.empty() ? rgb.height() : pq.height(); }
     void write(StreamWriter& writer, const FrameInfo& tagged) const;

@@ -94,7 +94,9 @@ void complete(Arguments& a, const cli::CommandLine& app) {
         require(*at >= 0 && *at <= 1, "--forward-at", "a fraction of the width, 0 to 1", *at);
     if (given("--up"))
         o.z_up = cli::parse_word("--up", a.up, std::array{"y", "z"}) == 1;
-    cli::parse_word("--camera", s.camera, std::array{"auto", "equirect", "perspective"});
+    cli::parse_word("--camera", s.camera, std::array{"auto", "equirect", "ods", "perspective"});
+    cli::require(s.camera != "ods" || s.info.ipd_m > 0, "--camera ods", "eyes that are apart (--ipd)", "--ipd 0");
+    cli::require(s.camera != "ods" || !given("--window"), "--camera ods", "whole pictures", "--window");
     if (given("--range"))
         s.range = parse_range(a.range);
     if (given("--fov")) {
@@ -190,8 +192,11 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--normals", a->normals, "world, camera (looking along -Z) or camera-z-forward")
         .offers(std::array{"world", "camera", "camera-z-forward"});
     app.add_flag("--normals-encoded", a->encoded, "Normals are stored as (n + 1) / 2");
-    app.add_option("--camera", s.camera, "Of the pictures (default: a sphere where one is 2:1)")
-        .offers(std::array{"equirect", "perspective"});
+    app.add_option(
+           "--camera", s.camera,
+           "Of the pictures (default: a sphere where one is 2:1); ods: omnidirectional stereo, of views left and "
+           "right or of --eye")
+        .offers(std::array{"equirect", "ods", "perspective"});
     app.add_option("--range", a->range, "WEST,EAST,SOUTH,NORTH of an equirect picture, degrees");
     app.add_option("--fov", a->fov_deg, "Horizontal, degrees, of a perspective picture");
     app.add_option(

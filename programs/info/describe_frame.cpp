@@ -38,9 +38,9 @@ std::string camera_text(const Camera& camera) {
     if (const auto* perspective = std::get_if<PerspectiveCamera>(&camera))
         return size + formatted(" perspective, %.1f degrees wide", perspective->fov_x_rad * degrees);
     const auto& range = std::get<EquirectCamera>(camera).range;
-    return size + formatted(" equirect, longitude %.1f to %.1f, latitude %.1f to %.1f degrees",
-                            range.longitude_min * degrees, range.longitude_max * degrees, range.latitude_min * degrees,
-                            range.latitude_max * degrees);
+    return size + formatted(" %s, longitude %.1f to %.1f, latitude %.1f to %.1f degrees",
+                            is_ods(camera) ? "omnidirectional stereo" : "equirect", range.longitude_min * degrees,
+                            range.longitude_max * degrees, range.latitude_min * degrees, range.latitude_max * degrees);
 }
 
 nlohmann::json depth_code_json(const FrameInfo& info) {
@@ -127,6 +127,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"eye", eye_names[static_cast<int>(info.eye)]},
             {"ipd_m", info.ipd_m},
             {"lock", axis_lock_names[static_cast<int>(info.lock)]},
+            {"packing", packing_names[static_cast<int>(info.packing)]},
             {"lean_m", info.head_radius_m},
             {"head_box_radius_m", head_box_radius_m(info)},
             {"exposure", info.exposure},
@@ -162,8 +163,11 @@ std::string shared_text(const FrameInfo& info) {
     else  // where it is differs from frame to frame
         text += formatted("  camera     window %dx%d of a sphere of %d columns\n", width_of(info.camera),
                           height_of(info.camera), info.window_columns);
-    text +=
-        formatted("  eye        %s, %.1f mm between the eyes", eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3);
+    const std::string packing = packing_names[static_cast<int>(info.packing)];
+    text += formatted("  eye        %s, %.1f mm between the eyes",
+                      info.packing != StereoPacking::none ? ("both in each picture, " + packing).c_str()
+                                                          : eye_names[static_cast<int>(info.eye)],
+                      info.ipd_m * 1e3);
     if (std::holds_alternative<EquirectCamera>(info.camera))  // a perspective one turns with the head
         text += formatted("; axes locked to the %s", axis_lock_names[static_cast<int>(info.lock)]);
     text += "\n";

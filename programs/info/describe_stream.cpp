@@ -2,6 +2,7 @@
 
 #include <client/transport/server_connection.h>
 #include <equistream/stream.h>
+#include <programs/cli/provenance.h>
 
 #include <algorithm>
 
@@ -47,7 +48,28 @@ struct Watched {
 };
 
 const char* stereo_name(StereoPacking packing) {
-    return packing == StereoPacking::none ? "none" : packing == StereoPacking::top_bottom ? "top-bottom" : "sbs";
+    return packing_names[static_cast<int>(packing)];
+}
+
+/// What ordinary players are told of how to show the track.
+std::string tags_text(const StreamTrackSummary& track) {
+    std::string text;
+    constexpr double degrees = 180 / pi;
+    if (track.sphere && track.sphere->is_full_sphere())
+        text += "  sphere     tagged as equirectangular: ordinary 360 degree players show it\n";
+    else if (track.sphere)
+        text +=
+            formatted("  sphere     tagged as part of an equirectangular one: longitude %.1f to %.1f, latitude %.1f "
+                      "to %.1f degrees\n",
+                      track.sphere->longitude_min * degrees, track.sphere->longitude_max * degrees,
+                      track.sphere->latitude_min * degrees, track.sphere->latitude_max * degrees);
+    if (track.stereo != StereoPacking::none)
+        text += formatted("  stereo     tagged as both eyes in each picture: %s%s\n", stereo_name(track.stereo),
+                          track.right_first ? ", the right one first" : "");
+    if (track.has_vexu)
+        text += "  vexu       Apple's box is there" +
+                (track.baseline_m ? formatted(", with %.1f mm between the eyes", *track.baseline_m * 1e3) : "") + "\n";
+    return text;
 }
 
 double bytes_a_picture(const StreamTrackSummary& track) {
@@ -90,10 +112,7 @@ std::string track_text(const Entry& entry, bool each_frame) {
                   static_cast<long long>(track.pictures), bytes_text(static_cast<double>(track.bytes)).c_str(),
                   bytes_text(bytes_a_picture(track)).c_str());
     text += "  colour     " + track.colour + " (range/primaries/transfer/matrix)\n";
-    if (track.equirect)
-        text += "  sphere     tagged as equirectangular: ordinary 360 degree players show it\n";
-    if (track.stereo != StereoPacking::none)
-        text += formatted("  stereo     tagged as both eyes in each picture: %s\n", stereo_name(track.stereo));
+    text += tags_text(track);
     if (track.pictures == 0)
         return text + "  no picture could be read\n";
     if (frames.empty())
@@ -116,8 +135,11 @@ nlohmann::json track_json(const Entry& entry, bool each_frame) {
                            {"pictures", track.pictures},
                            {"bytes", track.bytes},
                            {"colour", track.colour},
-                           {"equirect", track.equirect},
+                           {"equirect", track.sphere.has_value()},
                            {"stereo", stereo_name(track.stereo)},
+                           {"right_first", track.right_first},
+                           {"vexu", track.has_vexu},
+                           {"baseline_m", cli::or_null(track.baseline_m)},
                            {"range", range_json(frames)},
                            {"motion", moving_json(frames)},
                            {"first_frame", frames.empty() ? nlohmann::json() : frame_json(frames.front())}};

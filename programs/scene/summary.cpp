@@ -238,7 +238,11 @@ std::array<float, 16> numbers(const glm::mat4& matrix) {
 }  // namespace
 
 std::string placements_json(const SceneModel& model) {
-    nlohmann::json json = {{"objects", nlohmann::json::array()}, {"instances", nlohmann::json::array()}};
+    nlohmann::json json = {{"objects", nlohmann::json::array()},
+                           {"instances", nlohmann::json::array()},
+                           {"materials", nlohmann::json::array()}};
+    for (const Material& material : model.materials)
+        json["materials"].push_back(material.name);
     for (const Object& object : model.objects)
         json["objects"].push_back({{"name", object.name},
                                    {"parent", object.parent},

@@ -54,7 +54,8 @@ void LiveEncoder::open() {
     settings.threads = encoder_threads;
     settings.live = true;
     const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
-    settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
+    if (sphere != nullptr)
+        settings.sphere = sphere->range;
     box_radius_m_ = head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
     if (coding_.depth && box_radius_m_ > 0)
         depth_code_ = make_depth_code(coding_.depth_code);

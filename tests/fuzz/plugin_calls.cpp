@@ -123,6 +123,12 @@ private:
         settings.layer = choices_.below(8) == 0 ? ES_LAYER_HIDDEN : ES_LAYER_FIRST;
         const double offset_m[3] = {0.03, 0, wrong_number(choices_)};
         settings.patch_offsets_m = offset_m;
+        const char* const names[] = {"a", "\xff", nullptr};
+        if (settings.layer == ES_LAYER_FIRST && choices_.yes()) {
+            settings.aovs = "all,cryptomatte";
+            settings.object_names = names;
+            settings.object_name_count = std::uint32_t(choices_.below(4));
+        }
         for (int wrong = choices_.below(4); wrong > 0; --wrong)
             spoil(settings);
         // What is right and large is slow, and shows nothing that the small does not.
@@ -338,6 +344,8 @@ private:
         es_tile_put_radiance(frame_, &tile_, rgba_.data());
         if (choices_.yes())
             es_tile_put_guides(frame_, &tile_, guides_.data());
+        const std::vector<std::uint32_t> ids(2 * room, std::uint32_t(wrong_count(choices_)));
+        es_tile_put_ids(frame_, &tile_, ids.data());
     }
     void all_tiles() {
         while (next_tile()) {
@@ -346,6 +354,7 @@ private:
             for (std::uint32_t pass = 0; pass < tile_.sample_count; ++pass) {
                 es_tile_colour_rays(frame_, &tile_, pass, rays_.data());
                 es_tile_put_radiance(frame_, &tile_, rgba_.data());
+                es_tile_put_ids(frame_, &tile_, std::vector<std::uint32_t>(2 * room, pass).data());
             }
         }
     }

@@ -71,7 +71,7 @@ std::vector<std::uint8_t> foreign(const char* name) {
     settings.preset = "ultrafast";
     settings.tracks = {{TrackRole::main, 64, 64}};
     settings.stereo = StereoPacking::side_by_side;
-    settings.full_sphere = true;
+    settings.sphere.emplace();
     settings.tagged = false;
     settings.pictures = 2;
     StreamWriter writer(folder / name, settings);

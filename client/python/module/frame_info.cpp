@@ -70,13 +70,15 @@ void require_same_size(const ArrayIn<std::uint8_t>& a, const ArrayIn<std::uint8_
 }
 
 std::string repr(const FrameInfo& info) {
-    const bool sphere = std::holds_alternative<EquirectCamera>(info.camera);
+    const char* const camera = std::holds_alternative<PerspectiveCamera>(info.camera) ? "perspective"
+                               : is_ods(info.camera)                                  ? "ods"
+                                                                                      : "equirect";
     const glm::dvec3& at = info.camera_pose.position_m;
     return formatted("FrameInfo(frame %lld at %g s, %s %s, %s eye at (%g, %g, %g) m, %u spp, scene '%s', host '%s')",
                      static_cast<long long>(info.index), info.time_s,
-                     size_text(width_of(info.camera), height_of(info.camera)).c_str(),
-                     sphere ? "equirect" : "perspective", eye_names[static_cast<int>(info.eye)], at.x, at.y, at.z,
-                     info.samples_per_pixel, info.scene.c_str(), info.host.c_str());
+                     size_text(width_of(info.camera), height_of(info.camera)).c_str(), camera,
+                     eye_names[static_cast<int>(info.eye)], at.x, at.y, at.z, info.samples_per_pixel,
+                     info.scene.c_str(), info.host.c_str());
 }
 
 }  // namespace
@@ -133,6 +135,9 @@ void bind_frame_info(nb::module_& m) {
          "Names the geometry that was rendered; empty: not said.");
     text("denoiser", &FrameInfo::denoiser, "What took the noise out of colour; empty: as rendered.");
     info.def_prop_ro(
+            "packing", [](const FrameInfo& i) { return packing_names[static_cast<int>(i.packing)]; },
+            "How both eyes lie in the picture of a stream: 'none', 'sbs' or 'top-bottom'.")
+        .def_prop_ro(
             "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.head_radius_m, i.ipd_m); },
             "Radius of the ball around the camera that both eyes of the head box stay in.")
         .def_prop_ro(

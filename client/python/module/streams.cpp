@@ -44,7 +44,7 @@ nb::list tracks_of(const std::vector<StreamTrackSummary>& summaries) {
         row["frames_per_second"] = track.frames_per_second;
         row["pixel_format"] = track.pixel_format;
         row["colour"] = track.colour;
-        row["equirect"] = track.equirect;
+        row["equirect"] = track.sphere.has_value();
         row["pictures"] = track.pictures;
         row["bytes"] = track.bytes;
         tracks.append(row);

@@ -90,6 +90,10 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
         finder_->engine->forget_source();
         if (base_engine_ != nullptr)
             base_engine_->forget_source();
+        if (frames_[next].right() != nullptr && this->frame().posed && right_engine_ == nullptr)
+            right_engine_ = make_eye_depth_from_source(engine_);
+        if (right_engine_ != nullptr)
+            right_engine_->forget_source();
     }
     extrapolator_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
@@ -176,6 +180,8 @@ EyeDepth EyeRenderer::depth() const {
 EyeDepth EyeRenderer::eyes_depth() const {
     if (!by_depth_)
         return {};
+    if (by_eye_ && geometry_ == nullptr)
+        return {by_eye_depth_.name(), 1};
     return geometry_ != nullptr ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale(), GL_DEPTH_COMPONENT}
                                 : finder_->engine->depth();
 }
@@ -185,9 +191,9 @@ bool EyeRenderer::fills_from(TrackRole role) const {
                                [&](const auto& pass) { return find_fill(pass->name()).reads[std::size_t(role)]; });
 }
 
-std::array<UploadedPicture*, 2> EyeRenderer::looked_up_beside() {
+std::array<UploadedPicture*, 3> EyeRenderer::looked_up_beside() {
     return {fills_from(TrackRole::small) ? current().small() : nullptr,
-            fills_from(TrackRole::window) ? current().base() : nullptr};
+            fills_from(TrackRole::window) ? current().base() : nullptr, by_eye_ ? current().right() : nullptr};
 }
 
 bool EyeRenderer::needs_depth_beside() {
@@ -205,6 +211,8 @@ void EyeRenderer::find_depth_beside() {
 
 void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
+    if (finder_ != nullptr && by_eye_)
+        return;  // found as each eye is drawn
     if (finder_ != nullptr) {
         // Depth that is extrapolated is another at each refresh.
         if (finder_->engine->traits().needs_depth && (is_extrapolated_ || finder_->knows_extrapolated))
@@ -258,6 +266,9 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     eyes_.assign(eyes.begin(), eyes.end());
     by_depth_ = by_depth && has_depth();
     has_motion_ = false;
+    const UploadedPicture* const right = current().right();
+    by_eye_ = by_depth_ && right != nullptr &&
+              (geometry_ != nullptr || !finder_->engine->traits().needs_depth || right->textures.depth() != 0);
     // An eye at the source's place looks up all that it shows, and would see what has moved twice.
     const Pose& source_pose = frame().main.info.camera_pose;
     is_extrapolated_ =
@@ -336,33 +347,81 @@ void EyeRenderer::fill(const EyeDepth& depth, bool by_surface, const EyeTargets&
     }
 }
 
+namespace {
+
+void copy_layer(GLuint from, int from_layer, GLuint to, int to_layer, Size size) {
+    glCopyImageSubData(from, GL_TEXTURE_2D_ARRAY, 0, 0, 0, from_layer, to, GL_TEXTURE_2D_ARRAY, 0, 0, 0, to_layer,
+                       size.width, size.height, 1);
+}
+
+}  // namespace
+
+bool EyeRenderer::takes_right(std::size_t eye, bool right_alone) const {
+    return equistream::takes_right(frame(), eyes_.size() == 1 ? right_alone : eye == 1, eyes_[eye].pose);
+}
+
+void EyeRenderer::copy_eye(std::size_t eye, EyeTargets& targets) {
+    copy_layer(one_eye_.colour(), 0, targets.colour(), int(eye), targets.size());
+    copy_layer(one_eye_.origin(), 0, targets.origin(), int(eye), targets.size());
+}
+
 void EyeRenderer::turn_apart(bool right_alone, EyeTargets& targets) {
     one_eye_.size_for(eyes_.front().camera, 1);
-    const Size size = targets.size();
     for (std::size_t i = 0; i < eyes_.size(); ++i) {
-        const bool is_right = eyes_.size() == 1 ? right_alone : i == 1;
-        const UploadedPicture& own = is_right ? *current().right() : current().main();
+        const UploadedPicture& own = takes_right(i, right_alone) ? *current().right() : current().main();
         turn_.reproject(own.view, own.textures, {&eyes_[i], 1}, {}, one_eye_);
-        for (const auto& [from, to] :
-             {std::pair(one_eye_.colour(), targets.colour()), std::pair(one_eye_.origin(), targets.origin())})
-            glCopyImageSubData(from, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, to, GL_TEXTURE_2D_ARRAY, 0, 0, 0, GLint(i),
-                               size.width, size.height, 1);
+        copy_eye(i, targets);
+    }
+}
+
+void EyeRenderer::reproject_by_eye(EyeTargets& targets) {
+    const Size size = targets.size();
+    const int eyes = int(eyes_.size());
+    one_eye_.size_for(eyes_.front().camera, 1);
+    if (size != by_eye_size_ || eyes != by_eye_count_) {
+        if (geometry_ != nullptr)
+            one_depth_ = make_layered_texture(size, 1, GL_DEPTH_COMPONENT32F);
+        else
+            by_eye_depth_ = make_layered_texture(size, eyes, GL_R32F);
+        by_eye_size_ = size;
+        by_eye_count_ = eyes;
+    }
+    for (int i = 0; i < eyes; ++i) {
+        const std::span<const EyeView> eye(&eyes_[std::size_t(i)], 1);
+        const bool is_right = takes_right(std::size_t(i), false);
+        const UploadedPicture& own = is_right ? *current().right() : current().main();
+        if (geometry_ != nullptr) {
+            EyeDepth depth = eyes_depth();
+            copy_layer(depth.texture, i, one_depth_.name(), 0, size);
+            depth.texture = one_depth_.name();
+            surface_.reproject(own.view, own.textures, eye, depth, one_eye_);
+        } else {
+            EyeDepthFinder& engine = is_right ? *right_engine_ : *finder_->engine;
+            engine.find(own.view, own.textures, eye);
+            surface_.reproject(own.view, own.textures, eye, engine.depth(), one_eye_);
+            engine.forget_gaps(one_eye_);
+            glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+            copy_layer(engine.depth().texture, 0, by_eye_depth_.name(), i, size);
+        }
+        copy_eye(std::size_t(i), targets);
     }
 }
 
 void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, StageTimes& times) {
     targets.size_for(eyes_.front().camera, int(eyes_.size()));
     const UploadedPicture& main = current().main();
-    const EyeDepth known = options.surface ? depth() : EyeDepth{};
-    const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{};
-    if (found.texture != 0)
-        surface_.reproject(main.view, resampled(), eyes_, found, targets);
+    if (options.surface && by_eye_)
+        reproject_by_eye(targets);
+    else if (options.surface && eyes_depth().texture != 0)
+        surface_.reproject(main.view, resampled(), eyes_, eyes_depth(), targets);
     else if (current().right() != nullptr)
         turn_apart(options.right_alone, targets);
     else
-        turn_.reproject(main.view, main.textures, eyes_, known, targets);
+        turn_.reproject(main.view, main.textures, eyes_, {}, targets);
+    const EyeDepth known = options.surface ? depth() : EyeDepth{};
+    const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{};
     mirrors_.rework(mirroring(), eyes_, known, targets, options.mirrors);
-    if (known.texture != 0 && finder_ != nullptr)
+    if (known.texture != 0 && finder_ != nullptr && !by_eye_)
         finder_->engine->forget_gaps(targets);
     times.mark(RenderStage::reproject);
     if (options.fill)

@@ -133,12 +133,17 @@ private:
     bool frame_has_depth() const;
     /// By which the eyes' pixels are looked up, known or assumed; texture 0: by none.
     EyeDepth eyes_depth() const;
-    /// Of foreign stereo video: each eye by its own sphere.
+    /// Of frames with a picture for each eye: the one that this eye is made of.
+    bool takes_right(std::size_t eye, bool right_alone) const;
+    /// Each eye by its own picture, turned.
     void turn_apart(bool right_alone, EyeTargets& targets);
+    /// Each eye by its own picture and that one's depth.
+    void reproject_by_eye(EyeTargets& targets);
+    void copy_eye(std::size_t eye, EyeTargets& targets);
     /// What is looked up by depth.
     const SourceTextures& resampled() const;
     /// What fill passes look up of the frame whose depth the scene's geometry gives.
-    std::array<UploadedPicture*, 2> looked_up_beside();
+    std::array<UploadedPicture*, 3> looked_up_beside();
     bool fills_from(TrackRole role) const;
     void find_left_windows();
     /// `by_surface`: the eyes looked the main picture up by depth.
@@ -163,7 +168,14 @@ private:
     PictureExtrapolator extrapolator_;
     MotionView motion_;
     Resample turn_, surface_;
-    EyeTargets one_eye_;                        ///< for turn_apart
+    EyeTargets one_eye_;  ///< for turn_apart and reproject_by_eye
+    /// Where a posed frame has a picture for each eye: the engine of the right one, without geometry; the depth of the
+    /// eye at hand, and all eyes'.
+    std::unique_ptr<EyeDepthFinder> right_engine_;
+    Texture one_depth_, by_eye_depth_;
+    Size by_eye_size_;
+    int by_eye_count_ = 0;
+    bool by_eye_ = false;                       ///< eyes were looked up so
     EyeTargets base_targets_;                   ///< for see_base
     std::array<SpecularTextures, 2> specular_;  ///< of frames_
     LeftWindows<LeftTextures> left_windows_;

@@ -52,6 +52,7 @@ public:
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }
     UploadedPicture* base() { return frame_->base ? &base_ : nullptr; }
+    UploadedPicture* right() { return frame_->right ? &right_ : nullptr; }
     const UploadedPicture* right() const { return frame_->right ? &right_ : nullptr; }
     const UploadedPicture* hidden() const { return frame_->hidden ? &hidden_ : nullptr; }
     UploadedPicture* small() { return frame_->small ? &small_ : nullptr; }

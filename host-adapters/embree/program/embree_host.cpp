@@ -49,6 +49,15 @@ HostRecord EmbreeHost::record() const {
             " bounces " + std::to_string(path_options_.max_bounces) + (path_options_.unbiased ? " unbiased" : "")};
 }
 
+HostNames EmbreeHost::names() const {
+    HostNames names;
+    for (const Object& object : scene_->model().objects)
+        names.objects.push_back(object.name);
+    for (const Material& material : scene_->model().materials)
+        names.materials.push_back(material.name);
+    return names;
+}
+
 void EmbreeHost::move_to(const FrameTimes& times) {
     scene_->move_to(times.now_s, times.previous_s, times.next_s);
 }
@@ -62,6 +71,7 @@ void EmbreeHost::render(const FrameTask& task) {
     job.frame = task.frame;
     job.wants_surfaces = task.stream->wants_geometry();
     job.wants_guides = task.stream->wants_guides();
+    job.wants_ids = task.stream->wants_ids();
     job.scene = &scene_->traced();
     job.neighbours = scene_->neighbours();
     job.threads = threads_;

@@ -19,6 +19,7 @@ public:
     const SceneDescription& describe(const render_command::RenderOptions& options) override;
     void load(const render_command::RenderOptions& options, const render_command::Timeline& timeline) override;
     render_command::HostRecord record() const override;
+    render_command::HostNames names() const override;
     void move_to(const render_command::FrameTimes& times) override;
     void cast(std::span<const es_ray> rays, std::span<float> distances_m) override;
     void render(const render_command::FrameTask& task) override;

@@ -30,16 +30,20 @@ public:
         }
         rgba_.resize(std::size_t{tile.pixel_count} * 4);
         guides_.resize(job_.wants_guides ? std::size_t{tile.pixel_count} * 6 : 0);
+        ids_.resize(job_.wants_ids ? std::size_t{tile.pixel_count} * 2 : 0);
         std::uint64_t paths = 0;
         for (std::uint32_t sample = 0; sample < tile.sample_count; ++sample) {
             const auto rays = asked(es_tile_colour_rays(job_.frame, &tile, sample, rays_.data()));
             if (sample == 0)
                 keep_pixel_seeds(rays);
             worker_.trace_radiance(rays, pixel_seeds_, sample, std::span(rgba_).first(4 * rays.size()),
-                                   std::span(guides_).first(job_.wants_guides ? 6 * rays.size() : 0));
+                                   std::span(guides_).first(job_.wants_guides ? 6 * rays.size() : 0),
+                                   std::span(ids_).first(job_.wants_ids ? 2 * rays.size() : 0));
             es_tile_put_radiance(job_.frame, &tile, rgba_.data());
             if (job_.wants_guides)
                 es_tile_put_guides(job_.frame, &tile, guides_.data());
+            if (job_.wants_ids)
+                es_tile_put_ids(job_.frame, &tile, ids_.data());
             paths += rays.size();
         }
         return paths;
@@ -77,6 +81,7 @@ private:
     std::vector<es_surface> surfaces_;
     std::vector<std::uint64_t> pixel_seeds_;
     std::vector<float> rgba_, guides_;
+    std::vector<std::uint32_t> ids_;
 };
 
 /// False when there are no more.

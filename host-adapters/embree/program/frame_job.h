@@ -10,7 +10,7 @@ namespace equistream::embree_host {
 
 struct FrameJob {
     es_frame* frame = nullptr;
-    bool wants_surfaces = true, wants_guides = false;
+    bool wants_surfaces = true, wants_guides = false, wants_ids = false;
     const TracedScene* scene = nullptr;
     NeighbourTransforms neighbours;
     unsigned threads = 1;

@@ -84,6 +84,10 @@ std::size_t add_sensor(ParserState& state, const SensorRequest& request, const S
         ours.set("longitude_max", request.range.longitude_max_deg);
         ours.set("latitude_min", request.range.latitude_min_deg);
         ours.set("latitude_max", request.range.latitude_max_deg);
+        if (!request.ods_eye.empty()) {
+            ours.set("eye", request.ods_eye);
+            ours.set("ipd", request.ods_ipd);
+        }
     }
     ours.set("film", Reference(add_film(state, request)));
     ours.set("sampler", Reference(add_node(state, ObjectType::Sampler, Properties("independent"))));

@@ -51,6 +51,8 @@ struct SensorRequest {
     bool perspective = false;  ///< flat view, else a sphere
     double fov_x_deg = 90;     ///< of a flat view
     SphereRange range;         ///< of a sphere
+    std::string ods_eye;       ///< of a sphere of omnidirectional stereo: "ods_left" or "ods_right"; else empty
+    double ods_ipd = 0;        ///< of such a one, in the XML's unit
 };
 
 struct SceneRequest {
@@ -171,6 +173,8 @@ public:
     virtual std::vector<float> distances(const RayBatch& rays) = 0;
     /// guide_channels of each ray.
     virtual std::vector<float> guides(const RayBatch& rays) = 0;
+    /// Object and material of what each ray meets first, two numbers a ray; 0 for a miss.
+    virtual std::vector<std::uint32_t> ids(const RayBatch& rays) = 0;
     /// One sample of what comes along each ray, by the XML's integrator, beginning in the medium of this sensor:
     /// linear Rec.709 R, G, B, and 1 where the ray meets a surface, else 0.
     virtual std::vector<float> radiance(const RayBatch& rays, std::size_t sensor, std::uint32_t seed) = 0;

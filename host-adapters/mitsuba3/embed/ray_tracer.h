@@ -13,6 +13,7 @@
 #include <mitsuba/render/sensor.h>
 #include <nanothread/nanothread.h>
 
+#include <algorithm>
 #include <optional>
 
 namespace equistream::mitsuba_host {
@@ -24,12 +25,17 @@ public:
     using Arrays = VariantArrays<Float>;
     using Integrator = SamplingIntegrator;
 
-    /// `scene` is borrowed. `object_ids`: by shape; no_surface_id marks those that rays do not meet.
-    RayTracer(const Scene* scene, bool hides_emitters, std::vector<std::uint32_t> object_ids)
-        : scene_(scene), facts_(scene, hides_emitters), object_ids_(std::move(object_ids)) {
-        object_ids_.resize(facts_.count());
-        if constexpr (Arrays::is_jit)
-            objects_ = dr::load<UInt32>(object_ids_.data(), object_ids_.size());
+    /// `scene` is borrowed. Objects of no_surface_id are those that rays do not meet. Without `ids` shapes and
+    /// materials count from 1, as the integrator has them.
+    RayTracer(const Scene* scene, bool hides_emitters, const ShapeIds& ids)
+        : scene_(scene), facts_(scene, hides_emitters), is_numbered_(!ids.object.empty()) {
+        std::size_t entries = facts_.count();
+        for (const std::uint32_t entry : ids.face_entry)
+            entries = std::max(entries, std::size_t{entry} + 1);
+        objects_.take(ids.object, entries);
+        materials_.take(ids.material, entries);
+        first_faces_.take(ids.first_face, facts_.count());
+        face_entries_.take(ids.face_entry, std::max<std::size_t>(ids.face_entry.size(), 1));
     }
 
     std::vector<float> distances(const RayBatch& rays) const {
@@ -86,15 +92,56 @@ public:
         return result;
     }
 
+    std::vector<std::uint32_t> ids(const RayBatch& rays) const {
+        std::vector<float> found(2 * rays.size());
+        for_all(rays, nullptr, 0, [&](const Ray3f& ray, const Float&, Sampler*, const auto& put) {
+            const FirstSurface<Float, Spectrum> first(scene_, RayDifferential3f(ray), facts_, true);
+            const Mask hit = is_surface(first);
+            const UInt32 shape = facts_.index(first.si.shape, first.si.instance, hit);
+            if (!is_numbered_) {
+                put(found, 2, 0, Float(dr::select(hit, shape + 1u, UInt32(0u))));
+                put(found, 2, 1, Float(dr::select(hit, facts_.material(first.si.shape, hit), UInt32(0u))));
+                return;
+            }
+            // Of a mesh that holds several, each triangle has an entry of its own.
+            const UInt32 place = first_faces_.at(shape, hit);
+            const Mask merged = hit && place != 0u;
+            const UInt32 entry = dr::select(
+                merged, face_entries_.at(dr::select(merged, place - 1u + first.si.prim_index, 0u), merged), shape);
+            // Ids are below no_surface_id, 2^24: floats hold them.
+            put(found, 2, 0, Float(dr::select(hit, objects_.at(entry, hit), UInt32(0u))));
+            put(found, 2, 1, Float(dr::select(hit, materials_.at(entry, hit), UInt32(0u))));
+        });
+        return {found.begin(), found.end()};
+    }
+
 private:
+    /// Numbers that are looked up by a variant's integers.
+    class Table {
+    public:
+        void take(const std::vector<std::uint32_t>& values, std::size_t count) {
+            values_ = values;
+            values_.resize(count);
+            if constexpr (Arrays::is_jit)
+                loaded_ = dr::load<UInt32>(values_.data(), values_.size());
+        }
+        UInt32 at(const UInt32& place, const Mask& active) const {
+            if constexpr (Arrays::is_jit)
+                return dr::gather<UInt32>(loaded_, place, active);
+            else
+                return active ? values_[place] : 0u;
+        }
+
+    private:
+        std::vector<std::uint32_t> values_;
+        UInt32 loaded_ = 0u;
+    };
+
     /// Whether a ray meets what is a surface to us.
     Mask is_surface(const FirstSurface<Float, Spectrum>& first) const {
         const Mask hit = first.si.is_valid();
         const UInt32 shape = facts_.index(first.si.shape, first.si.instance, hit);
-        if constexpr (Arrays::is_jit)
-            return hit && dr::gather<UInt32>(objects_, shape, hit) != no_surface_id;
-        else
-            return hit && object_ids_[shape] != no_surface_id;
+        return hit && objects_.at(shape, hit) != no_surface_id;
     }
 
     /// Calls work(ray, begin, sampler, put) for all rays at once, or ray by ray; put(result, stride, channel, value)
@@ -146,8 +193,9 @@ private:
 
     const Scene* scene_;
     ShapeFacts<Float, Spectrum> facts_;
-    std::vector<std::uint32_t> object_ids_;
-    UInt32 objects_ = 0u;
+    bool is_numbered_;
+    Table objects_, materials_;         // by entry: shapes, then those of triangles
+    Table first_faces_, face_entries_;  // as ShapeIds has them
 };
 
 // Whether rays meet a surface, as alpha: what a frame's colour says of itself. Mitsuba's path integrator calls the sky

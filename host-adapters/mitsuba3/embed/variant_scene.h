@@ -54,6 +54,7 @@ public:
     PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs, bool guides) override;
     std::vector<float> distances(const RayBatch& rays) override { return ray_tracer().distances(rays); }
     std::vector<float> guides(const RayBatch& rays) override { return ray_tracer().guides(rays); }
+    std::vector<std::uint32_t> ids(const RayBatch& rays) override { return ray_tracer().ids(rays); }
     std::vector<float> radiance(const RayBatch& rays, std::size_t sensor, std::uint32_t seed) override {
         return ray_tracer().radiance(rays, *colour_alone_, *sensors_[sensor], seed);
     }
@@ -62,7 +63,7 @@ private:
     /// Made when it is first asked for.
     RayTracer<Float, Spectrum>& ray_tracer() {
         if (!rays_)
-            rays_.emplace(scene_.get(), hides_emitters_, object_ids_);
+            rays_.emplace(scene_.get(), hides_emitters_, ids_);
         return *rays_;
     }
     void find_sensors(std::size_t count);
@@ -81,7 +82,7 @@ private:
     bool hides_emitters_ = false;
     std::vector<ShapeSummary> shapes_;
     std::vector<ShapeGroup> groups_;
-    std::vector<std::uint32_t> object_ids_;
+    ShapeIds ids_;
     std::optional<RayTracer<Float, Spectrum>> rays_;
 };
 
@@ -216,7 +217,7 @@ OpacityMap VariantScene<Float, Spectrum>::opacity(int group, std::size_t shape) 
 
 template <typename Float, typename Spectrum>
 void VariantScene<Float, Spectrum>::set_ids(const ShapeIds& ids) {
-    object_ids_.assign(ids.object.begin(), ids.object.begin() + static_cast<std::ptrdiff_t>(shapes_.size()));
+    ids_ = ids;
     const Parameters parameters(*with_aovs_);
     parameters.template get<Integers>("object_id") = Arrays::integers(ids.object);
     parameters.template get<Integers>("material_id") = Arrays::integers(ids.material);

@@ -186,7 +186,16 @@ std::vector<float> TileRays::distances_m(std::span<const es_ray> rays) {
     return distances;
 }
 
-std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_t sensor,
+void TileRays::put_distances(es_frame* frame, const es_tile& tile) {
+    const std::uint32_t pixels = es_tile_geometry_rays(frame, &tile, rays_.data());
+    std::vector<es_surface> surfaces(tile.pixel_count);
+    const std::vector<float> distances = distances_m(asked(pixels));
+    for (std::uint32_t i = 0; i < pixels; ++i)
+        surfaces[i].distance_m = distances[i];
+    es_tile_put_surfaces(frame, &tile, surfaces.data());
+}
+
+std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_t sensor, bool ids_alone,
                                const std::function<std::uint32_t(std::uint32_t, std::uint32_t)>& seed_of) {
     es_tile tile;
     std::uint64_t left_out = 0;
@@ -200,12 +209,8 @@ std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_
         rays_.resize(tile.pixel_count);
         while (const std::uint32_t count = es_tile_probe_rays(task.frame, &tile, rays_.data()))
             es_tile_put_distances(task.frame, &tile, distances_m(asked(count)).data());
-        const std::uint32_t pixels = es_tile_geometry_rays(task.frame, &tile, rays_.data());
-        std::vector<es_surface> surfaces(tile.pixel_count);
-        const std::vector<float> distances = distances_m(asked(pixels));
-        for (std::uint32_t i = 0; i < pixels; ++i)
-            surfaces[i].distance_m = distances[i];
-        es_tile_put_surfaces(task.frame, &tile, surfaces.data());
+        if (!ids_alone)
+            put_distances(task.frame, tile);
         std::vector<es_ray> rays;
         for (std::uint32_t sample = 0; sample < tile.sample_count && !*task.stop;) {
             // Passes of a small tile go together: each launch costs.
@@ -217,6 +222,14 @@ std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_
                 rays.insert(rays.end(), rays_.begin(), rays_.begin() + count);
             } while (sample < tile.sample_count && rays.size() + count <= rays_of_a_launch);
             const RayBatch traced = batch(rays);
+            if (task.stream->wants_ids()) {
+                std::vector<std::uint32_t> ids = scene_.ids(traced);
+                ids.resize(std::max<std::size_t>(ids.size(), 2));
+                for (std::size_t pass = 0; pass < sample - first; ++pass)
+                    es_tile_put_ids(task.frame, &tile, &ids[pass * count * 2]);
+            }
+            if (ids_alone)
+                continue;
             std::vector<float> rgba = scene_.radiance(traced, sensor, seed_of(tile.id, first));
             for (std::size_t i = 0; i < rgba.size(); i += 4)
                 left_out += !std::all_of(&rgba[i], &rgba[i] + 4, [](float v) { return std::isfinite(v); });

@@ -53,15 +53,17 @@ class TileRays {
 public:
     TileRays(EmbeddedScene& scene, const WorldMap& world) : scene_(scene), world_(world) {}
 
-    /// Fills the frame, or returns early when told to stop. Depth is the one geometry plane it knows. Returns samples
-    /// that were not finite. `seed_of(tile, sample)` differs for each.
-    std::uint64_t render(const render_command::FrameTask& task, std::size_t sensor,
+    /// Fills the frame, or returns early when told to stop. Depth is the one geometry plane it knows, and that and
+    /// colour are left out where they were handed over whole. Returns samples that were not finite.
+    /// `seed_of(tile, sample)` differs for each.
+    std::uint64_t render(const render_command::FrameTask& task, std::size_t sensor, bool ids_alone,
                          const std::function<std::uint32_t(std::uint32_t, std::uint32_t)>& seed_of);
 
     /// How far rays go; +inf for a miss.
     std::vector<float> distances_m(std::span<const es_ray> rays);
 
 private:
+    void put_distances(es_frame* frame, const es_tile& tile);
     /// Of every ray, in our world.
     std::vector<float> guides(const RayBatch& rays) const;
     /// In Mitsuba's world and units.

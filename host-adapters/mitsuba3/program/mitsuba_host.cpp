@@ -50,14 +50,23 @@ SphereRange in_degrees(const LongitudeLatitudeRange& range) {
             degrees(range.latitude_max)};
 }
 
-/// The pictures', then the small one's, then the windows'.
-std::vector<SensorRequest> sensor_requests(const RenderOptions& options) {
+/// The pictures', then the small one's, then the windows'; of omnidirectional stereo one for each eye.
+std::vector<SensorRequest> sensor_requests(const RenderOptions& options, double unit_m) {
     SensorRequest request;
     request.width = options.size.width;
     request.height = options.size.height;
     request.perspective = options.camera == ES_PERSPECTIVE;
     request.fov_x_deg = options.fov_rad * 180 / pi;
     request.range = in_degrees(options.range);
+    if (options.camera == ES_ODS) {
+        std::vector<SensorRequest> eyes;
+        for (const es_eye eye : options.eyes) {
+            request.ods_ipd = options.ipd_m / unit_m;
+            request.ods_eye = eye == ES_EYE_LEFT ? "ods_left" : "ods_right";
+            eyes.push_back(request);
+        }
+        return eyes;
+    }
     std::vector<SensorRequest> requests{request};
     if (options.small_eye) {
         request.width /= 4;
@@ -109,9 +118,14 @@ const SceneDescription& MitsubaHost::describe(const RenderOptions& options) {
     if (!is_xml)
         require_xml_options_unused(*app_);
     rendered_aovs_ = aovs_to_render(options);
+    const std::vector<std::string> planes = parse_aov_groups(options.aovs);
+    const auto is_asked_for = [&](const char* plane) { return std::ranges::find(planes, plane) != planes.end(); };
+    if (is_asked_for("crypto_object") && is_asked_for("reference"))
+        throw InputError(expected_found("--aovs", "cryptomatte or reference: mitsuba renders either", "both"));
     plugin_root_ = find_plugin_root();
     engine_.emplace(EngineOptions{host_options_.variant, options.threads, plugin_root_});
-    source_ = open_scene({*engine_, options_, host_options_, sensor_requests(options), rendered_aovs_});
+    source_ =
+        open_scene({*engine_, options_, host_options_, sensor_requests(options, host_options_.unit_m), rendered_aovs_});
     return source_->description();
 }
 
@@ -132,6 +146,10 @@ HostRecord MitsubaHost::record() const {
             host_options_.max_bounces ? " bounces " + std::to_string(*host_options_.max_bounces) : ""};
 }
 
+HostNames MitsubaHost::names() const {
+    return source_->names();
+}
+
 void MitsubaHost::move_to(const FrameTimes& times) {
     source_->move_to(times);
 }
@@ -143,6 +161,8 @@ void MitsubaHost::cast(std::span<const es_ray> rays, std::span<float> distances_
 }
 
 std::size_t MitsubaHost::sensor_of(const StreamSettings& stream) const {
+    if (options_.camera == ES_ODS)
+        return std::size_t(std::ranges::find(options_.eyes, stream.eye) - options_.eyes.begin());
     if (stream.window)
         return options_.small_eye ? 2 : 1;
     return stream.name == "small" ? 1 : 0;
@@ -159,15 +179,15 @@ void MitsubaHost::render(const FrameTask& task) {
         render_planes(task);
         return;
     }
-    render_tiles(task);
+    render_tiles(task, false);
 }
 
 /// Where rays begin no sensor of Mitsuba's can be told, so they come from the plugin, tile by tile.
-void MitsubaHost::render_tiles(const FrameTask& task) {
+void MitsubaHost::render_tiles(const FrameTask& task, bool ids_alone) {
     const auto start = Clock::now();
     const std::size_t sensor = sensor_of(*task.stream);
     TileRays rays(source_->scene(), source_->world());
-    left_out_samples_ += rays.render(task, sensor, [&](std::uint32_t tile, std::uint32_t pass) {
+    left_out_samples_ += rays.render(task, sensor, ids_alone, [&](std::uint32_t tile, std::uint32_t pass) {
         return static_cast<std::uint32_t>(mixed(
             seed_of(task.index, static_cast<std::size_t>(task.stream->eye) + (task.stream->patches ? 9 : 6), pass),
             tile));
@@ -178,10 +198,13 @@ void MitsubaHost::render_tiles(const FrameTask& task) {
 void MitsubaHost::render_planes(const FrameTask& task) {
     const StreamSettings& stream = *task.stream;
     const std::size_t sensor = sensor_of(stream);
-    const Camera camera = stream.window ? Camera(window_camera(*stream.window, task.window_place))
-                          : options_.camera == ES_PERSPECTIVE
-                              ? Camera(PerspectiveCamera{stream.size.width, stream.size.height, options_.fov_rad})
-                              : Camera(EquirectCamera{stream.size.width, stream.size.height, options_.range});
+    const Camera camera =
+        stream.window ? Camera(window_camera(*stream.window, task.window_place))
+        : options_.camera == ES_PERSPECTIVE
+            ? Camera(PerspectiveCamera{stream.size.width, stream.size.height, options_.fov_rad})
+            : Camera(EquirectCamera{stream.size.width, stream.size.height, options_.range,
+                                    options_.camera == ES_ODS ? ods_side_m(static_cast<Eye>(stream.eye), options_.ipd_m)
+                                                              : 0});
     const auto pose = [&](const Pose& head) {
         return camera_pose(camera, head, static_cast<Eye>(stream.eye), options_.ipd_m,
                            options_.lock == ES_LOCK_PATH ? AxisLock::path : AxisLock::world);
@@ -214,7 +237,7 @@ void MitsubaHost::render_planes(const FrameTask& task) {
     planes.bring_home(world);
     planes.hand_over(task.frame, stream.aovs);
     left_out_samples_ += planes.left_out_samples();
-    render_tiles(task);  // those that are left: of group "reference"
+    render_tiles(task, stream.wants_ids());  // what is left: Cryptomatte's, or those of group "reference"
 }
 
 HostFigures MitsubaHost::figures(double, nlohmann::json& json) const {

@@ -17,6 +17,7 @@ public:
     void begin() override;
     bool wants_frames() const override { return !host_options_.scene_only; }
     render_command::HostRecord record() const override;
+    render_command::HostNames names() const override;
     void move_to(const render_command::FrameTimes& times) override;
     void cast(std::span<const es_ray> rays, std::span<float> distances_m) override;
     void render(const render_command::FrameTask& task) override;
@@ -26,7 +27,7 @@ public:
 
 private:
     void render_planes(const render_command::FrameTask& task);
-    void render_tiles(const render_command::FrameTask& task);
+    void render_tiles(const render_command::FrameTask& task, bool ids_alone);
     std::size_t sensor_of(const render_command::StreamSettings& stream) const;
     std::uint32_t seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const;
 

@@ -92,6 +92,8 @@ void OwnScene::read_placements() {
                                          matrix_from(instance.at("world_from_object"))});
         placements_.meshes.push_back(std::move(mesh));
     }
+    for (const auto& name : json.at("materials"))
+        placements_.materials.emplace_back().name = name.get<std::string>();
     at_zero_ = instance_transforms(placements_, description_, 0);
     moves_.assign(placements_.instances.size(), 0);
     for (const std::uint32_t instance : find_moving_instances(placements_, description_))
@@ -138,6 +140,15 @@ void OwnScene::number_shapes() {
     for (std::uint32_t k = 0; k < placements_.instances.size() && !ids.face_entry.empty(); ++k)
         add(k);
     scene_->set_ids(ids);
+}
+
+render_command::HostNames OwnScene::names() const {
+    render_command::HostNames names;
+    for (const Object& object : placements_.objects)
+        names.objects.push_back(object.name);
+    for (const Material& material : placements_.materials)
+        names.materials.push_back(material.name);
+    return names;
 }
 
 void OwnScene::place(const MovingShape& shape, const glm::mat4& now) {
@@ -230,6 +241,24 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
     if (sensor.count == 0 && context.options.path.empty())
         std::fprintf(stderr, "equistream render: note: the XML has no sensor; the head stands at its origin\n");
     description_.fingerprint = content_fingerprint(sensor.files, parameters_text(context.host) + "\n" + sensor.spectra);
+}
+
+/// As the integrator counts them where nobody numbers them: shapes, and materials as they are met.
+render_command::HostNames XmlScene::names() const {
+    render_command::HostNames names;
+    const auto add_material = [&](const ShapeSummary& shape) {
+        const bool is_known =
+            !shape.bsdf.empty() && std::ranges::find(names.materials, shape.bsdf) != names.materials.end();
+        if (shape.group < 0 && !is_known)
+            names.materials.push_back(shape.bsdf);
+    };
+    for (const ShapeSummary& shape : scene_->shapes()) {
+        names.objects.push_back(shape.id);
+        add_material(shape);
+    }
+    for (const ShapeGroup& group : scene_->groups())
+        std::ranges::for_each(group.shapes, add_material);
+    return names;
 }
 
 void XmlScene::prepare(const render_command::Timeline& timeline) {

@@ -18,6 +18,7 @@ public:
     void move_to(const render_command::FrameTimes& times) override;
     std::string figures() const override { return figures_; }
     std::string code() const override { return " converter " + converter_.substr(0, 8); }
+    render_command::HostNames names() const override;
 
 private:
     /// A shape of Mitsuba's and the instance that it is.
@@ -59,6 +60,7 @@ public:
     void begin() override;
     void move_to(const render_command::FrameTimes&) override {}
     std::string figures() const override { return figures_; }
+    render_command::HostNames names() const override;
 
 private:
     std::filesystem::path out_;

@@ -60,6 +60,8 @@ public:
     virtual std::string figures() const = 0;
     /// Names code outside of this process that decides pixels: " converter 0123abcd"; empty where there is none.
     virtual std::string code() const { return {}; }
+    /// What the ids of its objects and materials are called.
+    virtual render_command::HostNames names() const = 0;
 };
 
 /// By the file's extension: .xml is the user's own.

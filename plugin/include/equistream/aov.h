@@ -59,6 +59,14 @@ inline constexpr std::string_view variance[] = {"variance"};
 inline constexpr std::string_view reference[] = {"reference.R", "reference.G", "reference.B", "reference.A"};
 inline constexpr std::string_view reference_repeat[] = {"reference_repeat.R", "reference_repeat.G",
                                                         "reference_repeat.B"};
+inline constexpr std::string_view crypto_object[] = {"CryptoObject00.r", "CryptoObject00.g", "CryptoObject00.b",
+                                                     "CryptoObject00.a", "CryptoObject01.r", "CryptoObject01.g",
+                                                     "CryptoObject01.b", "CryptoObject01.a", "CryptoObject02.r",
+                                                     "CryptoObject02.g", "CryptoObject02.b", "CryptoObject02.a"};
+inline constexpr std::string_view crypto_material[] = {
+    "CryptoMaterial00.r", "CryptoMaterial00.g", "CryptoMaterial00.b", "CryptoMaterial00.a",
+    "CryptoMaterial01.r", "CryptoMaterial01.g", "CryptoMaterial01.b", "CryptoMaterial01.a",
+    "CryptoMaterial02.r", "CryptoMaterial02.g", "CryptoMaterial02.b", "CryptoMaterial02.a"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -102,6 +110,11 @@ inline constexpr AovInfo aov_table[] = {
      "colour by many more samples at a few pixels, where A is 1; 0 elsewhere", false},
     {"reference_repeat", "reference", aov_channels::reference_repeat, SampleType::half, true, "radiance",
      "the same by as many samples of its own: where both differ, it is noise", false},
+    {"crypto_object", "cryptomatte", aov_channels::crypto_object, SampleType::real, true, "",
+     "Cryptomatte of objects: ids by name and how much of the pixel's colour samples each covers, six of each at most",
+     false},
+    {"crypto_material", "cryptomatte", aov_channels::crypto_material, SampleType::real, true, "",
+     "the same of materials", false},
 };
 
 /// All planes, colour first.

@@ -2,6 +2,7 @@
 /// Poses and cameras: pixel <-> direction both ways. The formulas are those of conventions.h; here they meet
 /// GLM and a position in the world. Everything is a plain value; all functions are pure and thread-safe.
 #include <equistream/conventions.h>
+#include <equistream/image_motion.h>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -40,6 +41,10 @@ struct EquirectCamera {
     int width = 0;
     int height = 0;
     LongitudeLatitudeRange range;
+    /// Omnidirectional stereo (ODS): half the interpupillary distance, positive for the right eye, negative for the
+    /// left. Each ray then begins at an eye of its own on a circle around the camera's place (origin()). 0: a plain
+    /// sphere, whose rays all begin there.
+    double ods_side_m = 0;
 
     /// Unit direction in the camera frame.
     glm::dvec3 direction(double u, double v) const {
@@ -52,6 +57,21 @@ struct EquirectCamera {
     }
     /// Angle between neighbouring pixels on the equator.
     double pixel_angle_rad() const { return range.longitude_span() / width; }
+    /// Where the ray of this place begins, in the camera frame, metres.
+    glm::dvec3 origin(double u, double v) const {
+        const auto at =
+            ods_eye_offset(range.longitude_min + u * range.longitude_span() / width,
+                           range.latitude_max - v * range.latitude_span() / height, ods_side_m, PoleMerge{});
+        return {at.x, at.y, at.z};
+    }
+    /// In which direction a point is seen, of the camera frame and relative to the camera's place: by ODS from the eye
+    /// that looks at it.
+    glm::dvec3 direction_to(const glm::dvec3& point_m) const {
+        if (ods_side_m == 0)
+            return point_m;
+        const auto d = ods_direction<double>({point_m.x, point_m.y, point_m.z}, ods_side_m, PoleMerge{});
+        return {d.x, d.y, d.z};
+    }
 };
 
 struct PerspectiveCamera {
@@ -100,10 +120,22 @@ inline glm::dvec2 pixel_of(const Camera& camera, const glm::dvec3& direction) {
     return std::visit([&](const auto& c) { return c.pixel(direction); }, camera);
 }
 
-/// The pose a camera has for a head: at the eye; turned with the head, unless it is a world-locked sphere.
+/// Whether every ray begins at an eye of its own.
+inline bool is_ods(const Camera& camera) {
+    const auto* sphere = std::get_if<EquirectCamera>(&camera);
+    return sphere != nullptr && sphere->ods_side_m != 0;
+}
+/// Of omnidirectional stereo for this eye; 0 for the centre.
+inline double ods_side_m(Eye eye, double ipd_m) {
+    return eye == Eye::left ? -0.5 * ipd_m : eye == Eye::right ? 0.5 * ipd_m : 0.0;
+}
+
+/// The pose a camera has for a head: at the eye, or of omnidirectional stereo between both; turned with the head,
+/// unless it is a world-locked sphere.
 inline Pose camera_pose(const Camera& camera, const Pose& head, Eye eye, double ipd_m, AxisLock lock) {
     const bool world_axes = std::holds_alternative<EquirectCamera>(camera) && lock == AxisLock::world;
-    return {eye_position(head, eye, ipd_m), world_axes ? glm::dquat(1, 0, 0, 0) : head.orientation};
+    return {eye_position(head, is_ods(camera) ? Eye::centre : eye, ipd_m),
+            world_axes ? glm::dquat(1, 0, 0, 0) : head.orientation};
 }
 
 }  // namespace equistream

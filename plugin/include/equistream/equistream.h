@@ -24,7 +24,10 @@ extern "C" {
 
 #define ES_ABI_VERSION 3u
 
-typedef enum es_camera_kind { ES_EQUIRECT = 0, ES_PERSPECTIVE = 1 } es_camera_kind;
+/* ES_ODS is omnidirectional stereo (docs/conventions.md): a sphere whose rays begin at eyes of their own, on a circle
+ * of diameter ipd_m around the head. Of a left or a right eye; longitudes and latitudes as of ES_EQUIRECT. No hidden
+ * layer, no atlas, no window; frames are not accumulated. */
+typedef enum es_camera_kind { ES_EQUIRECT = 0, ES_PERSPECTIVE = 1, ES_ODS = 2 } es_camera_kind;
 typedef enum es_axis_lock { ES_LOCK_WORLD = 0, ES_LOCK_PATH = 1 } es_axis_lock;
 /* Which surface along each pixel's ray a sequence shows: the first, or the next one behind it that an eye of the head
  * box sees past the first (docs/conventions.md, "Hidden layer"). */
@@ -100,6 +103,11 @@ typedef struct es_sequence_settings {
      * bytes of frames that were rendered whole. Tiles bring every plane; frames are not accumulated; no atlas, and no
      * window in a base. */
     uint32_t part_count, part;
+    /* Of group "cryptomatte": what the objects and materials with the ids 1, 2 and so on are called. UTF-8; NULL, or
+     * fewer than there are ids: the others are called after their numbers. Borrowed until the call returns. */
+    const char* const* object_names;
+    const char* const* material_names;
+    uint32_t object_name_count, material_name_count;
 } es_sequence_settings;
 
 /* What a slot of an atlas shows: a block of one auxiliary sphere. */
@@ -219,6 +227,10 @@ ES_API void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const flo
  * the sky its radiance, at most 1, for an albedo, and of the sky no normal (0). All passes of all tiles, or none; those
  * of group "reference" are not kept. */
 ES_API void es_tile_put_guides(es_frame* frame, const es_tile* tile, const float* guides);
+/* What the rays of the same pass met first, for a sequence with group "cryptomatte"; others ignore it. Two numbers a
+ * ray: object and material, from 1, or 0 for a miss. All passes of all tiles; those of group "reference" are not
+ * kept. */
+ES_API void es_tile_put_ids(es_frame* frame, const es_tile* tile, const uint32_t* ids);
 /* Hands over a whole plane; it takes the place of what tiles say of it. Not while tiles are being filled. */
 ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);
 /* Writes the frame (whole or not at all) and frees it, also on failure. Refuses a frame with unfinished tiles. */

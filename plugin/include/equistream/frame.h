@@ -26,6 +26,12 @@ inline constexpr double max_time_s = 1e10;
 /// The longest name of a scene, a host or a geometry. Sequences want UTF-8: a manifest could not hold other bytes.
 inline constexpr std::size_t max_name_bytes = 255;
 
+/// How both eyes lie in one picture. Values are part of the stream format; new ones are only appended.
+enum class StereoPacking : std::uint8_t { none = 0, side_by_side = 1, top_bottom = 2 };
+
+/// By StereoPacking: what programs call them.
+inline constexpr const char* packing_names[] = {"none", "sbs", "top-bottom"};
+
 /// Everything a client must know to use a frame. Travels in EXR attributes and inside the coded picture.
 struct FrameInfo {
     std::int64_t index = 0;
@@ -51,6 +57,9 @@ struct FrameInfo {
     std::uint32_t accumulated_frames = 0;
     /// Above 0: the picture is a window of a sphere of so many columns (window.h); `camera` says where it is.
     int window_columns = 0;
+    /// Of streams: both eyes lie in the picture, the left one first. `camera`, `camera_pose` and `eye` are the left
+    /// one's alone; right_eye_of() says the right one's. Not written to EXR files.
+    StereoPacking packing = StereoPacking::none;
     /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
     std::optional<PatchAtlas> patches;
     /// Of a depth track's picture only. Not written to EXR files.
@@ -72,17 +81,43 @@ inline std::optional<VisibleLoss> visible_loss_of(const FrameInfo& info) {
     return info.visible_loss;
 }
 
-/// Size of a frame's picture: the camera's, or the atlas's.
+/// Size of a frame's picture: the camera's, both eyes', or the atlas's.
 inline int picture_width(const FrameInfo& info) {
-    return info.patches ? info.patches->width() : width_of(info.camera);
+    return info.patches ? info.patches->width()
+                        : width_of(info.camera) * (info.packing == StereoPacking::side_by_side ? 2 : 1);
 }
 inline int picture_height(const FrameInfo& info) {
-    return info.patches ? info.patches->height() : height_of(info.camera);
+    return info.patches ? info.patches->height()
+                        : height_of(info.camera) * (info.packing == StereoPacking::top_bottom ? 2 : 1);
+}
+
+/// Of a frame whose picture holds both eyes, or whose left eye is rendered: what a picture of the right one alone says.
+inline FrameInfo right_eye_of(FrameInfo info) {
+    info.packing = StereoPacking::none;
+    info.eye = Eye::right;
+    if (auto* sphere = std::get_if<EquirectCamera>(&info.camera); sphere != nullptr && sphere->ods_side_m != 0)
+        sphere->ods_side_m = ods_side_m(Eye::right, info.ipd_m);
+    info.camera_pose = camera_pose(info.camera, info.head, Eye::right, info.ipd_m, info.lock);
+    return info;
 }
 
 /// Of a window.
 inline WindowGrid window_grid_of(const FrameInfo& info) {
     return {info.window_columns, info.window_columns / 2, width_of(info.camera), height_of(info.camera)};
+}
+
+/// Whether a frame of the right eye is where right_eye_of() puts it beside the left one's.
+inline bool is_right_eye_of(const FrameInfo& left, const FrameInfo& right) {
+    constexpr double rounding = 1e-9;
+    const FrameInfo expected = right_eye_of(left);
+    const auto *a = std::get_if<EquirectCamera>(&expected.camera), *b = std::get_if<EquirectCamera>(&right.camera);
+    const Pose &p = expected.camera_pose, &q = right.camera_pose;
+    return left.eye == Eye::left && right.eye == Eye::right && a != nullptr && b != nullptr && a->width == b->width &&
+           a->height == b->height && a->range.longitude_min == b->range.longitude_min &&
+           a->range.longitude_max == b->range.longitude_max && a->range.latitude_min == b->range.latitude_min &&
+           a->range.latitude_max == b->range.latitude_max && a->ods_side_m == b->ods_side_m &&
+           glm::distance(p.position_m, q.position_m) < rounding &&
+           std::abs(glm::dot(p.orientation, q.orientation)) > 1 - rounding;
 }
 
 /// Planes keyed by AovInfo::name. All planes have the picture's width and height; a Frame owns its planes.

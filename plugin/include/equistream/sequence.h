@@ -10,6 +10,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream {
@@ -18,6 +19,8 @@ struct ExrWriteOptions {
     bool single_part = false;  ///< one part with plain channel "Z" besides, for readers that know only the first part
     std::int64_t left_out_samples = 0;          ///< colour samples that were not finite; above 0: noted in the file
     std::function<void()> before_it_appears{};  ///< called once the file is whole and safe beside its name
+    /// Names and texts of more attributes, of names no longer than 31 bytes.
+    std::vector<std::pair<std::string, std::string>> texts{};
 };
 
 /// What samples of a plane may be, whoever made them: distances (also virtual ones) are at least 0 and may be +inf,

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream {
@@ -21,6 +22,8 @@ struct SequenceSettings {
     bool single_part = false;
     FramePart part{};   ///< one of several is written into a folder of its own in `folder`
     int tile_side = 0;  ///< of parts: pixels, the same for all
+    /// Of every file, as ExrWriteOptions::texts.
+    std::vector<std::pair<std::string, std::string>> texts{};
 };
 
 /// A name for everything in the manifest that decides pixels, and for what else the host says does.

@@ -89,9 +89,6 @@ inline constexpr int max_group_pictures = 10000;
 /// Encoders refuse smaller tracks.
 inline constexpr int min_track_side = 64;
 
-/// How both eyes lie in main's pictures.
-enum class StereoPacking { none, side_by_side, top_bottom };
-
 struct TrackSettings {
     TrackRole role = TrackRole::main;
     int width = 0;                            ///< even
@@ -118,11 +115,14 @@ struct StreamSettings {
     double frames_per_second = 30;
     std::vector<TrackSettings> tracks;
     std::string scene;  ///< container title
-    /// Tag the main track as equirectangular video for ordinary 360 players, where the container can (mp4, mkv).
-    bool full_sphere = false;
+    /// What of a sphere main's pictures cover, for ordinary 360 players, where the container can say it (mp4, mkv);
+    /// nothing: they are no spheres.
+    std::optional<LongitudeLatitudeRange> sphere{};
     /// Said of the main track for ordinary players, where the container can (mp4, mkv).
     StereoPacking stereo = StereoPacking::none;
-    /// Pictures carry their frame data. Off for what no one camera took, both eyes in one picture: ordinary video.
+    /// Between both eyes, where they are packed and the container can say it (mp4); 0: not said.
+    double baseline_m = 0;
+    /// Pictures carry their frame data. Off for ordinary video, that nobody can pose.
     bool tagged = true;
     /// Pictures each track will hold. 0: not known, then each track runs one picture behind, because its last one
     /// says that it is the last.
@@ -177,7 +177,7 @@ public:
     void finish();
     /// Coded bytes so far, per track in the order of StreamSettings::tracks.
     std::vector<std::int64_t> bytes() const;
-    /// Whether the main track carries the tag of a full sphere.
+    /// Whether the main track carries the tag of a sphere.
     bool tags_sphere() const;
     /// Where an unfinished file stays; empty for URLs and devices.
     const std::string& unfinished_file() const;
@@ -219,9 +219,13 @@ struct StreamTrackSummary {
     int height = 0;
     double frames_per_second = 0;
     std::string pixel_format;
-    std::string colour;                          ///< "range/primaries/transfer/matrix" in libav's names
-    bool equirect = false;                       ///< tagged as equirectangular video
+    std::string colour;  ///< "range/primaries/transfer/matrix" in libav's names
+    /// Tagged as equirectangular video, of which part of the sphere; nothing: not tagged so.
+    std::optional<LongitudeLatitudeRange> sphere{};
     StereoPacking stereo = StereoPacking::none;  ///< as tagged
+    bool right_first = false;                    ///< of packed eyes the right one's comes first
+    std::optional<double> baseline_m{};          ///< between both eyes, as tagged
+    bool has_vexu = false;                       ///< Apple's box says so, alone or beside others (mp4, mov)
     std::int64_t pictures = 0;                   ///< delivered so far
     std::int64_t bytes = 0;                      ///< coded bytes read so far
 };
@@ -302,5 +306,7 @@ private:
 
 /// The left eye's picture above, or to the left of, the right one's, of one size. `packing` is not none.
 ByteImage packed_eyes(StereoPacking packing, ImageView<const std::uint8_t> left, ImageView<const std::uint8_t> right);
+/// The same of distances.
+FloatImage packed_eyes(StereoPacking packing, ImageView<const float> left_m, ImageView<const float> right_m);
 
 }  // namespace equistream

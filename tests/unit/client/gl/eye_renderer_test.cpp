@@ -100,6 +100,48 @@ INSTANTIATE_TEST_SUITE_P(Client, GlRefreshByEngine,
                          testing::Values(std::tuple("mesh-plain", true), std::tuple("lean", true),
                                          std::tuple("lean", false)));
 
+/// A sphere rendered for each eye, with depth: each eye is made of the one that was seen from nearer by.
+TEST_F(GlRefresh, ReprojectsEachEyeFromTheNearestSphere) {
+    constexpr int left = 60, right = 200;
+    const auto sphere = [](int brightness, double x_m) {
+        ReceivedPicture picture;
+        picture.info.camera = EquirectCamera{64, 32, {}};
+        picture.info.camera_pose.position_m = {x_m, 0, 0};
+        picture.info.eye = x_m < 0 ? Eye::left : Eye::right;
+        picture.rgb = ByteImage(64, 32, 3, std::uint8_t(brightness));
+        picture.depth_m = FloatImage(64, 32, 1, 3.0f);
+        return picture;
+    };
+    const auto both = std::make_shared<ReceivedFrame>();
+    both->main = sphere(left, -0.0315);
+    both->right = sphere(right, 0.0315);
+    for (const char* engine : {"mesh", "lean"}) {
+        gl::EyeRenderer renderer(nullptr, 0.163, "none", engine);
+        gl::StageTimes times;
+        gl::EyeTargets targets;
+        renderer.show(both, times);
+        const auto seen = [&](const Pose& head) {
+            const auto eyes = eyes_at(head);
+            renderer.look(eyes, true, times);
+            renderer.draw({}, targets, times);
+            std::vector<int> brightness;
+            for (int i = 0; i < 2; ++i) {
+                EyePicture picture;
+                targets.download(i, picture);
+                EXPECT_EQ(picture.count(PixelOrigin::gap), 0) << engine;
+                brightness.push_back(picture.rgba.pixel(160, 100)[1]);
+            }
+            return brightness;
+        };
+        EXPECT_EQ(seen({{0.01, 0, 0}, {1, 0, 0, 0}}), (std::vector{left, right})) << engine;
+        EXPECT_EQ(renderer.depth().texture != 0, std::string_view(engine) == "mesh");
+        // Turned round, the left eye stands where the right one's sphere was seen from.
+        EXPECT_EQ(seen({{0, 0, 0}, {0, 0, 1, 0}}), (std::vector{right, left})) << engine;
+        // Ten centimetres to the left both are nearer to the left one's.
+        EXPECT_EQ(seen({{-0.1, 0, 0}, {1, 0, 0, 0}}), (std::vector{left, left})) << engine;
+    }
+}
+
 /// Of foreign stereo video; and of a frame after it without a second eye.
 TEST_F(GlRefresh, TurnsEachEyesOwnSphere) {
     constexpr int left = 60, right = 200;

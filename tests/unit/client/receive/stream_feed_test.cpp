@@ -415,6 +415,41 @@ int brightness_of(const ReceivedPicture& picture) {
     return int(sum / (picture.width() * picture.height()));
 }
 
+/// What a file's boxes of these names say is unknown to everybody.
+void hide_boxes(const fs::path& file, std::initializer_list<const char*> names) {
+    std::ifstream in(file, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    for (const char* name : names)
+        for (std::size_t at = bytes.find(name); at != std::string::npos; at = bytes.find(name, at))
+            bytes.replace(at, 4, "free");
+    std::ofstream(file, std::ios::binary) << bytes;
+}
+
+/// VR180, by Google's boxes and by Apple's alone: the front half of a sphere.
+TEST_F(StreamFeeds, OtherPeoplesHalfSpheresAreHalves) {
+    for (const bool apple : {false, true}) {
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.tagged = false;
+        settings.sphere = LongitudeLatitudeRange{-pi / 2, pi / 2, -pi / 2, pi / 2};
+        settings.tracks = {{TrackRole::main, 128, 128}};
+        const fs::path file = folder_ / "half.mp4";
+        StreamWriter writer(file.string(), settings);
+        for (const std::int64_t index : {0, 1, 2, 3, 4, 5})
+            writer.write(TrackRole::main, ByteImage(128, 128, 3, 100).view(), info(index, 128, 128));
+        writer.finish();
+        if (apple)
+            hide_boxes(file, {"sv3d"});
+        const auto frame = open_feed(file.string())->next();
+        ASSERT_TRUE(frame);
+        EXPECT_FALSE(frame->posed);
+        const LongitudeLatitudeRange& range = std::get<EquirectCamera>(frame->main.info.camera).range;
+        EXPECT_NEAR(range.longitude_min, -pi / 2, 1e-8);
+        EXPECT_NEAR(range.longitude_max, pi / 2, 1e-8);
+        EXPECT_NEAR(range.latitude_max, pi / 2, 1e-8);
+    }
+}
+
 /// Both eyes in each picture: each is a full sphere of its own size.
 TEST_F(StreamFeeds, OfOtherPeoplesStereoVideoBothEyesCome) {
     struct Case {
@@ -426,7 +461,7 @@ TEST_F(StreamFeeds, OfOtherPeoplesStereoVideoBothEyesCome) {
                                                            {StereoPacking::side_by_side, Transfer::srgb, 256, 64},
                                                            {StereoPacking::top_bottom, Transfer::pq, 128, 128},
                                                            {StereoPacking::side_by_side, Transfer::pq, 256, 64}})
-        for (const char* name : {"both.mkv", "both.mp4"}) {
+        for (const char* name : {"both.mkv", "both.mp4", "apple.mp4"}) {
             SCOPED_TRACE(std::string(name) + " " + std::to_string(int(packing)) + " " + std::to_string(int(transfer)));
             StreamSettings settings;
             settings.preset = "ultrafast";
@@ -448,6 +483,8 @@ TEST_F(StreamFeeds, OfOtherPeoplesStereoVideoBothEyesCome) {
                 else
                     writer.write(TrackRole::main, both.view(), info(index, width, height));
             writer.finish();
+            if (name == std::string_view("apple.mp4"))
+                hide_boxes(file, {"st3d", "sv3d"});
             for (const bool planes : {false, true}) {
                 const auto feed = open_feed(file.string(), {.yuv = planes, .pq = planes});
                 int frames = 0;
@@ -468,6 +505,69 @@ TEST_F(StreamFeeds, OfOtherPeoplesStereoVideoBothEyesCome) {
                 EXPECT_EQ(frames, 6);
             }
         }
+}
+
+/// Of ours each has its own pose and depth.
+TEST_F(StreamFeeds, BothEyesOfOursComeWithTheirPosesAndDepth) {
+    for (const StereoPacking packing : {StereoPacking::top_bottom, StereoPacking::side_by_side})
+        for (const bool halved : {false, true})
+            for (const bool ods : {false, true}) {
+                SCOPED_TRACE(std::to_string(int(packing)) + (halved ? " halved" : "") + (ods ? " ods" : ""));
+                constexpr int width = 256, height = 128;
+                FrameInfo left = info(0, width, height);
+                left.head = {{1, 2, 3}, glm::normalize(glm::dquat(0.9, 0, 0.3, 0))};
+                left.eye = Eye::left;
+                left.lock = AxisLock::path;
+                if (ods)
+                    std::get<EquirectCamera>(left.camera).ods_side_m = -0.5 * left.ipd_m;
+                left.camera_pose = camera_pose(left.camera, left.head, Eye::left, left.ipd_m, left.lock);
+                left.packing = packing;
+                StreamSettings settings;
+                settings.preset = "ultrafast";
+                const int both_width = picture_width(left), both_height = picture_height(left);
+                settings.tracks = {{TrackRole::main, both_width, both_height},
+                                   {TrackRole::depth, both_width, both_height, DepthCodeId::w10, 4, halved}};
+                const fs::path file = folder_ / "ours.mkv";
+                StreamWriter writer(file.string(), settings);
+                const ByteImage colours[] = {ByteImage(width, height, 3, 60), ByteImage(width, height, 3, 200)};
+                const FloatImage depths_m[] = {FloatImage(width, height, 1, 2.0f), FloatImage(width, height, 1, 4.0f)};
+                for (left.index = 0; left.index < 3; ++left.index) {
+                    left.time_s = double(left.index) / 30;
+                    writer.write(TrackRole::main, packed_eyes(packing, colours[0].view(), colours[1].view()).view(),
+                                 left);
+                    FrameInfo depth = left;
+                    depth.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.063, 1, false}, 0};
+                    writer.write_depth(TrackRole::depth,
+                                       packed_eyes(packing, depths_m[0].view(), depths_m[1].view()).view(), depth);
+                }
+                writer.finish();
+                const auto feed = open_feed(file.string(), {.depth = true});
+                int frames = 0;
+                while (const auto frame = feed->next()) {
+                    ++frames;
+                    EXPECT_EQ(frame->posed, !ods);
+                    ASSERT_TRUE(frame->right);
+                    require_tagged_sizes(*frame);
+                    const ReceivedPicture* const eyes[] = {&frame->main, &*frame->right};
+                    for (int i = 0; i < 2; ++i) {
+                        const FrameInfo& found = eyes[i]->info;
+                        EXPECT_EQ(found.eye, i == 0 ? Eye::left : Eye::right);
+                        EXPECT_EQ(found.packing, StereoPacking::none);
+                        EXPECT_EQ(width_of(found.camera), width);
+                        EXPECT_EQ(std::get<EquirectCamera>(found.camera).ods_side_m,
+                                  ods ? (i == 0 ? -0.5 : 0.5) * left.ipd_m : 0);
+                        const glm::dvec3 side = left.head.orientation * glm::dvec3((i - 0.5) * left.ipd_m, 0, 0);
+                        EXPECT_LT(glm::distance(found.camera_pose.position_m,
+                                                left.head.position_m + (ods ? glm::dvec3(0) : side)),
+                                  1e-12);
+                        EXPECT_LT(std::abs(brightness_of(*eyes[i]) - (i == 0 ? 60 : 200)), 3);
+                        ASSERT_EQ(eyes[i]->depth_m.empty(), ods);
+                        for (const float r : eyes[i]->depth_m.samples())
+                            ASSERT_NEAR(r, i == 0 ? 2 : 4, 0.1);
+                    }
+                }
+                EXPECT_EQ(frames, 3);
+            }
 }
 
 TEST_F(StreamFeeds, BytesAreThoseOfTheFramesThatWereGiven) {

@@ -50,7 +50,7 @@ protected:
         timeline.path_frames = 5;
         timeline.range = {0, 4};
         const std::vector<Stream> streams =
-            StreamOpener(options, host_.scene, timeline.path, {host_.record(), 0, "test"}).all();
+            StreamOpener(options, host_.scene, timeline.path, {host_.record(), 0, "test", {}}).all();
         RenderReport report;
         try {
             SequenceRenderer({options, timeline, 0, streams, interrupted_}, host_, report).run();

@@ -51,6 +51,7 @@ void es_tile_put_radiance(es_frame*, const es_tile*, const float*) {
     ++plugin.radiance_calls;
 }
 void es_tile_put_guides(es_frame*, const es_tile*, const float*) {}
+void es_tile_put_ids(es_frame*, const es_tile*, const uint32_t*) {}
 
 }  // extern "C"
 

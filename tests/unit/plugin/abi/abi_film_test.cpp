@@ -135,6 +135,120 @@ TEST_F(AbiFilm, geometry_rays_pass_through_pixel_centres) {
         }
 }
 
+/// Each ray begins on the circle and goes along its tangent; both eyes' rays of a column are parallel.
+TEST_F(AbiFilm, omnidirectional_rays_begin_at_eyes_of_their_own) {
+    settings.camera = ES_ODS;
+    settings.aovs = "depth";
+    for (const es_axis_lock lock : {ES_LOCK_WORLD, ES_LOCK_PATH})
+        for (const es_eye eye : {ES_EYE_LEFT, ES_EYE_RIGHT}) {
+            settings.lock = lock;
+            settings.eye = eye;
+            settings.overwrite = 1;
+            es_sequence* sequence = open();
+            const auto all = rays(sequence, at(0, turned, turned, turned), -1);
+            const glm::dquat orientation = lock == ES_LOCK_PATH ? turned.orientation : glm::dquat(1, 0, 0, 0);
+            const double side_m = eye == ES_EYE_LEFT ? -0.0315 : 0.0315;
+            for (int i = 0; i < 72 * 36; ++i) {
+                const es_ray& ray = all[static_cast<std::size_t>(i)];
+                const double longitude = ((i % 72 + 0.5) / 72 - 0.5) * 2 * pi,
+                             latitude = (0.5 - (i / 72 + 0.5) / 36) * pi;
+                const glm::dvec3 ahead(std::sin(longitude), 0, -std::cos(longitude));
+                const double t = std::clamp((std::abs(latitude) * 180 / pi - 60) / 15, 0.0, 1.0);
+                const glm::dvec3 beside(std::cos(longitude), 0, std::sin(longitude));
+                const glm::dvec3 from =
+                    turned.position_m + orientation * (side_m * (1 + std::cos(pi * t)) / 2 * beside);
+                const glm::dvec3 d = orientation * (std::cos(latitude) * ahead + glm::dvec3(0, std::sin(latitude), 0));
+                for (int c = 0; c < 3; ++c) {
+                    ASSERT_NEAR(ray.origin[c], from[c], 3e-7) << i;
+                    ASSERT_NEAR(ray.direction[c], d[c], 3e-7) << i;
+                }
+            }
+            es_sequence_close(sequence);
+        }
+    settings.eye = ES_EYE_CENTRE;
+    EXPECT_NE(refusal().find("eye: expected ES_EYE_LEFT or ES_EYE_RIGHT with ES_ODS"), std::string::npos);
+    settings.eye = ES_EYE_LEFT;
+    settings.layer = ES_LAYER_HIDDEN;
+    EXPECT_NE(refusal().find("no ES_ODS in a hidden layer"), std::string::npos);
+}
+
+TEST_F(AbiFilm, omnidirectional_stereo_of_eyes_at_one_place_is_the_plain_sphere) {
+    settings.ipd_m = 0;
+    settings.eye = ES_EYE_LEFT;
+    std::vector<std::vector<es_ray>> found;
+    for (const es_camera_kind kind : {ES_EQUIRECT, ES_ODS}) {
+        settings.camera = kind;
+        settings.overwrite = 1;
+        es_sequence* sequence = open();
+        for (const int sample : {-1, 2})
+            found.push_back(rays(sequence, at(0, turned, turned, turned), sample));
+        es_sequence_close(sequence);
+    }
+    for (const std::size_t k : {0, 1})
+        for (std::size_t i = 0; i < found[k].size(); ++i) {
+            const es_ray &plain = found[k][i], &ods = found[k + 2][i];
+            for (int c = 0; c < 3; ++c) {
+                ASSERT_EQ(plain.origin[c], ods.origin[c]);
+                ASSERT_EQ(plain.direction[c], ods.direction[c]);
+            }
+            ASSERT_EQ(plain.seed, ods.seed);
+        }
+}
+
+/// A sphere around the head: every ray goes sqrt(R^2 - r^2) at the equator, and a point of it is seen by both eyes in
+/// directions that differ by twice the angle whose sine is r / R. A still point does not move.
+TEST_F(AbiFilm, omnidirectional_stereo_sees_a_sphere_around_it_by_closed_form) {
+    constexpr double radius_m = 2;
+    settings.camera = ES_ODS;
+    settings.aovs = "depth,motion";
+    glm::dvec3 directions[2];
+    const glm::dvec3 point(radius_m * std::sin(0.7), 0, -radius_m * std::cos(0.7));
+    for (const es_eye eye : {ES_EYE_LEFT, ES_EYE_RIGHT}) {
+        settings.eye = eye;
+        settings.overwrite = 1;
+        es_sequence* sequence = open();
+        es_frame* frame = begin(sequence, at(0));
+        fill(
+            frame,
+            [](const es_ray& ray) {
+                const glm::dvec3 o(ray.origin[0], ray.origin[1], ray.origin[2]),
+                    d(ray.direction[0], ray.direction[1], ray.direction[2]);
+                const double along = glm::dot(o, d);
+                es_surface surface{};
+                surface.distance_m = float(-along + std::sqrt(along * along + radius_m * radius_m - glm::dot(o, o)));
+                const glm::dvec3 at_m = o + double(surface.distance_m) * d;
+                for (int c = 0; c < 3; ++c)
+                    surface.position_previous_m[c] = surface.position_next_m[c] = float(at_m[c]);
+                return surface;
+            },
+            [](const es_ray&) { return glm::vec4(1); });
+        end(frame);
+        es_sequence_close(sequence);
+        const Frame made = read(0);
+        const auto& camera = std::get<EquirectCamera>(made.info.camera);
+        EXPECT_EQ(camera.ods_side_m, eye == ES_EYE_LEFT ? -0.0315 : 0.0315);
+        EXPECT_EQ(made.info.camera_pose.position_m, glm::dvec3(0));
+        for (int x = 0; x < 72; ++x) {
+            const double latitude = 0.5 / 36 * pi;  // just above the equator
+            const double height = std::sin(latitude), flat = std::cos(latitude);
+            // (side)^2 + (t flat)^2 + (t height)^2 = R^2
+            EXPECT_NEAR(*made.planes.at("depth").pixel(x, 17),
+                        std::sqrt(radius_m * radius_m - 0.0315 * 0.0315) / std::hypot(height, flat), 1e-6);
+        }
+        for (const char* plane : {"backward", "forward"})
+            for (const float value : made.planes.at(plane).samples())
+                EXPECT_NEAR(value, 0, 2e-3) << plane;
+        directions[eye == ES_EYE_LEFT ? 0 : 1] = camera.direction_to(point);
+        // Along that direction from the eye that looks there lies the point.
+        const glm::dvec2 pixel = camera.pixel(directions[eye == ES_EYE_LEFT ? 0 : 1]);
+        const glm::dvec3 from = camera.origin(pixel.x, pixel.y);
+        EXPECT_NEAR(glm::length(glm::cross(glm::normalize(point - from), camera.direction(pixel.x, pixel.y))), 0, 1e-9);
+    }
+    const double disparity = longitude_of(Vector3<double>{directions[0].x, directions[0].y, directions[0].z}) -
+                             longitude_of(Vector3<double>{directions[1].x, directions[1].y, directions[1].z});
+    EXPECT_NEAR(disparity, 2 * std::asin(0.0315 / radius_m), 1e-9);
+}
+
 TEST_F(AbiFilm, colour_rays_stay_in_their_pixel_and_fill_it) {
     settings.spp = 64;
     es_sequence* sequence = open();

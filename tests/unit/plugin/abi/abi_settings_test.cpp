@@ -50,7 +50,7 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::abi_version, 1u, "abi_version: expected 3, found 1");
     expect(&S::spp, 0u, "spp: expected 1 to 1048576, found 0");
     expect(&S::spp, 1048577u, "spp: expected 1 to 1048576, found 1048577");
-    expect(&S::camera, stored<es_camera_kind>(7), "camera: expected ES_EQUIRECT or ES_PERSPECTIVE, found 7");
+    expect(&S::camera, stored<es_camera_kind>(7), "camera: expected ES_EQUIRECT, ES_PERSPECTIVE or ES_ODS, found 7");
     expect(&S::width, 0, "width: expected 1 to 32768, found 0");
     expect(&S::width, 40000, "width: expected 1 to 32768, found 40000");
     expect(&S::height, -1, "height: expected 1 to 32768, found -1");
@@ -71,7 +71,7 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::aovs, nullptr, "aovs: expected groups such as \"depth,motion\", \"all\" or \"none\", found NULL");
     expect(&S::aovs, "depht",
            "aovs: expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, samples, variance, "
-           "reference, all or "
+           "reference, cryptomatte, all or "
            "none, found \"depht\"");
     expect(&S::aovs, "raw", "aovs: expected raw only where colour is denoised, found raw");
     expect(&S::aovs, "samples", "aovs: expected samples only where frames are accumulated, found samples");

@@ -26,8 +26,8 @@ TEST(Exports, are_the_functions_of_the_header_only) {
                                           "es_tile_probe_rays",   "es_tile_put_distances",
                                           "es_tile_colour_rays",  "es_tile_put_surfaces",
                                           "es_tile_put_radiance", "es_tile_put_guides",
-                                          "es_frame_put_plane",   "es_frame_end",
-                                          "es_frame_discard"};
+                                          "es_tile_put_ids",      "es_frame_put_plane",
+                                          "es_frame_end",         "es_frame_discard"};
     EXPECT_EQ(found, wanted);
 }
 

@@ -300,7 +300,7 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
         } catch (const InputError& error) {
             EXPECT_NE(std::string(error.what())
                           .find("expected albedo, depth, motion, normal, ids, specular, virtual, guides, raw, samples, "
-                                "variance, reference, all or none"),
+                                "variance, reference, cryptomatte, all or none"),
                       std::string::npos)
                 << error.what();
         }

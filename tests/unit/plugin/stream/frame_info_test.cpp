@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t header_bytes = 20;  // UUID, version, size
 // Appended one after the other; each with all that come after it.
-constexpr std::size_t denoiser_bytes = 1 + 4;
+constexpr std::size_t packing_bytes = 1;
+constexpr std::size_t denoiser_bytes = 1 + 4 + packing_bytes;
 constexpr std::size_t moving_bytes = 2 + denoiser_bytes;  // size: nothing moves in a small view's pictures
 constexpr std::size_t visible_loss_bytes = 1 + 8 + moving_bytes;
 constexpr std::size_t crf_bytes = 4 + visible_loss_bytes;
@@ -88,6 +89,43 @@ TEST(FrameInfoPayload, PerspectiveCameraComesBack) {
     expect_same_info(tagged->info, info);
 }
 
+TEST(FrameInfoPayload, BothEyesLieInPicturesOfMainAndItsDepthAlone) {
+    FrameInfo info = full_info();
+    info.patches.reset();
+    info.depth_code.reset();
+    for (const StereoPacking packing : {StereoPacking::side_by_side, StereoPacking::top_bottom}) {
+        info.packing = packing;
+        for (const TrackRole role : {TrackRole::main, TrackRole::depth}) {
+            const auto tagged = decode_frame_info(encode_frame_info(role, info));
+            ASSERT_TRUE(tagged);
+            EXPECT_EQ(tagged->info.packing, packing);
+        }
+        EXPECT_THROW(decode_frame_info(encode_frame_info(TrackRole::hidden, info)), WorkError);
+    }
+    auto payload = encode_frame_info(TrackRole::main, info);
+    payload.back() = 3;
+    EXPECT_THROW(decode_frame_info(payload), WorkError);
+}
+
+TEST(FrameInfoPayload, OmnidirectionalStereoComesBackWithItsEye) {
+    FrameInfo info = full_info();
+    info.patches.reset();
+    info.depth_code.reset();
+    for (const Eye eye : {Eye::left, Eye::right}) {
+        info.eye = eye;
+        std::get<EquirectCamera>(info.camera).ods_side_m = (eye == Eye::left ? -0.5 : 0.5) * 0.0641;
+        auto payload = encode_frame_info(TrackRole::main, info);
+        EXPECT_EQ(payload[21], 2);
+        const auto tagged = decode_frame_info(payload);
+        ASSERT_TRUE(tagged);
+        expect_same_info(tagged->info, info);
+        EXPECT_EQ(std::get<EquirectCamera>(tagged->info.camera).ods_side_m,
+                  std::get<EquirectCamera>(info.camera).ods_side_m);
+        payload[22] = 0;
+        EXPECT_THROW(decode_frame_info(payload), WorkError) << "no eye turns around itself";
+    }
+}
+
 TEST(FrameInfoPayload, HasTheDocumentedLayout) {
     const auto payload = full_payload();
     EXPECT_EQ(payload[0], 0x69);
@@ -145,7 +183,8 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
             size + halved_bytes + header_bytes == payload.size() || size + crf_bytes + header_bytes == payload.size() ||
             size + visible_loss_bytes + header_bytes == payload.size() ||
             size + moving_bytes + header_bytes == payload.size() ||
-            size + denoiser_bytes + header_bytes == payload.size())
+            size + denoiser_bytes + header_bytes == payload.size() ||
+            size + packing_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
         EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
     }
@@ -153,13 +192,15 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
 
 TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    for (const std::size_t left_out : {denoiser_bytes, moving_bytes, visible_loss_bytes, crf_bytes, halved_bytes,
-                                       patches_bytes, depth_code_bytes, geometry_bytes}) {
+    for (const std::size_t left_out : {packing_bytes, denoiser_bytes, moving_bytes, visible_loss_bytes, crf_bytes,
+                                       halved_bytes, patches_bytes, depth_code_bytes, geometry_bytes}) {
         auto payload = full_payload();
         payload.resize(payload.size() - left_out);
         overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
         const auto tagged = decode_frame_info(payload);
         ASSERT_TRUE(tagged);
+        if (left_out >= denoiser_bytes)
+            expected.denoiser.clear();
         if (left_out >= visible_loss_bytes)
             expected.visible_loss.reset();
         if (left_out >= crf_bytes)
@@ -264,7 +305,7 @@ TEST(FrameInfoPayload, HostileValuesAreErrors) {
     };
     damaged_by(18, std::uint16_t{0xffff});                     // longer than what is there
     damaged_by(20, std::uint8_t{11});                          // role
-    damaged_by(21, std::uint8_t{2});                           // camera kind
+    damaged_by(21, std::uint8_t{3});                           // camera kind
     damaged_by(22, std::uint8_t{3});                           // eye
     damaged_by(23, std::uint8_t{2});                           // lock
     damaged_by(24, std::uint32_t{max_image_side + 1});         // width

@@ -148,7 +148,8 @@ TEST(PictureMemory, ASizeMayChangeInTheMiddle) {
     const synthetic::Folder folder;
     std::ofstream both(folder / "both.h264", std::ios::binary);
     synthetic::Made made = synthetic::small_stream(Codec::h264, false);
-    made.settings.tagged = made.settings.full_sphere = false;
+    made.settings.tagged = false;
+    made.settings.sphere.reset();
     for (const auto& [width, height] : {std::pair{192, 96}, {328, 164}}) {
         made.settings.tracks = {{TrackRole::main, width, height}};
         synthetic::write(folder / "one.h264", made);

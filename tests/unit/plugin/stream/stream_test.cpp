@@ -170,8 +170,8 @@ TEST(Stream, TracksAreNamedAndSpheresTaggedWhereTheContainerCan) {
         const StreamReader reader((folder / name).string());
         EXPECT_EQ(reader.tracks()[0].name, "main");
         EXPECT_EQ(reader.tracks()[1].name, "small");
-        EXPECT_TRUE(reader.tracks()[0].equirect);
-        EXPECT_FALSE(reader.tracks()[1].equirect);
+        EXPECT_TRUE(reader.tracks()[0].sphere);
+        EXPECT_FALSE(reader.tracks()[1].sphere);
     }
 }
 
@@ -181,13 +181,13 @@ TEST(Stream, TheTagOfASphereIsPromisedOnlyWhereItArrives) {
         StreamSettings settings;
         settings.preset = "ultrafast";
         settings.tracks = {{TrackRole::main, 192, 96}};
-        settings.full_sphere = true;
+        settings.sphere.emplace();
         StreamWriter writer((folder / name).string(), settings);
         for (const std::int64_t index : {0, 1, 2})
             writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), synthetic::info(192, 96, index));
         writer.finish();
         const StreamReader reader((folder / name).string());
-        EXPECT_EQ(writer.tags_sphere(), reader.tracks()[0].equirect) << name;
+        EXPECT_EQ(writer.tags_sphere(), reader.tracks()[0].sphere.has_value()) << name;
     }
 }
 

@@ -77,7 +77,7 @@ Made small_stream(Codec codec, bool two_tracks) {
     if (two_tracks)
         made.settings.tracks.push_back({TrackRole::small, 96, 64});
     made.settings.scene = "waves";
-    made.settings.full_sphere = true;
+    made.settings.sphere.emplace();
     made.settings.pictures = static_cast<std::uint32_t>(made.pictures);
     return made;
 }

@@ -98,6 +98,7 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
         EXPECT_EQ(sphere->range.longitude_max, range.longitude_max);
         EXPECT_EQ(sphere->range.latitude_min, range.latitude_min);
         EXPECT_EQ(sphere->range.latitude_max, range.latitude_max);
+        EXPECT_EQ(sphere->ods_side_m, std::get<EquirectCamera>(b.camera).ods_side_m);
     } else {
         EXPECT_EQ(std::get<PerspectiveCamera>(a.camera).fov_x_rad, std::get<PerspectiveCamera>(b.camera).fov_x_rad);
     }
@@ -121,6 +122,8 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.depth_code, b.depth_code);
     EXPECT_EQ(a.crf, b.crf);
     EXPECT_EQ(a.visible_loss, b.visible_loss);
+    EXPECT_EQ(a.denoiser, b.denoiser);
+    EXPECT_EQ(a.packing, b.packing);
 }
 
 }  // namespace equistream

@@ -319,7 +319,7 @@ TEST_F(Programs, BothEyesGoIntoOneOrdinaryVideo) {
             EXPECT_TRUE(report["sphere_tag"]);
             StreamReader reader(path(how + type));
             EXPECT_EQ(reader.tracks().front().stereo, beside ? StereoPacking::side_by_side : StereoPacking::top_bottom);
-            EXPECT_TRUE(reader.tracks().front().equirect);
+            EXPECT_TRUE(reader.tracks().front().sphere);
             const auto pictures = synthetic::read_all(reader);
             ASSERT_EQ(pictures.size(), 4u);
             for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -330,6 +330,82 @@ TEST_F(Programs, BothEyesGoIntoOneOrdinaryVideo) {
             }
         }
     }
+}
+
+/// Rendered of one head, they carry its pose, and each its own depth.
+TEST_F(Programs, BothEyesCarryTheirPosesAndDepth) {
+    for (const Eye eye : {Eye::left, Eye::right}) {
+        const std::string name = eye == Eye::left ? "r/left" : "r/right";
+        render(name, 192, 96, 0, 2, eye);
+        for (std::int64_t index = 0; index <= 2; ++index) {
+            const fs::path file = folder / name / frame_file_name(index);
+            Frame frame = read_exr(file);
+            frame.info.camera_pose =
+                camera_pose(frame.info.camera, frame.info.head, eye, frame.info.ipd_m, frame.info.lock);
+            frame.planes.emplace("depth", FloatImage(192, 96, 1, eye == Eye::left ? 2.0f : 1.5f));
+            write_exr(file, frame);
+        }
+    }
+    const Ran ran = run("encode '" + path("r") +
+                        "' --stereo top-bottom --depth w12 --depth-crf 4 --preset veryfast --json "
+                        "--out '" +
+                        path("a.mp4") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    const auto report = nlohmann::json::parse(ran.output);
+    EXPECT_TRUE(report["posed"]);
+    ASSERT_EQ(report["tracks"].size(), 2u);
+    EXPECT_NE(run("info '" + path("a.mp4") + "'").output.find("63.0 mm between the eyes"), std::string::npos);
+    const auto described = nlohmann::json::parse(run("info '" + path("a.mp4") + "' --json").output);
+    EXPECT_EQ(described["tracks"][0]["stereo"], "top-bottom");
+    EXPECT_TRUE(described["tracks"][0]["vexu"]);
+    EXPECT_NEAR(described["tracks"][0]["baseline_m"].get<double>(), 0.063, 1e-6);
+    EXPECT_EQ(described["tracks"][0]["first_frame"]["packing"], "top-bottom");
+    StreamReader reader(path("a.mp4"));
+    int depths = 0;
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        ASSERT_TRUE(picture.info);
+        EXPECT_EQ(picture.info->packing, StereoPacking::top_bottom);
+        EXPECT_EQ(picture.info->eye, Eye::left);
+        EXPECT_EQ(picture_height(*picture.info), 192);
+        EXPECT_LT(glm::distance(right_eye_of(*picture.info).camera_pose.position_m,
+                                eye_position(picture.info->head, Eye::right, 0.063)),
+                  1e-12);
+        if (picture.depth_m.empty())
+            continue;
+        ++depths;
+        // The right eye's is nearer, and within the range too.
+        EXPECT_NEAR(*picture.depth_m.pixel(100, 20), 2.0f, 0.01);
+        EXPECT_NEAR(*picture.depth_m.pixel(100, 120), 1.5f, 0.01);
+    }
+    EXPECT_EQ(depths, 3);
+}
+
+/// Clients only turn it, each eye its own.
+TEST_F(Programs, OmnidirectionalStereoIsOfBothEyesAndWithoutDepth) {
+    for (const Eye eye : {Eye::left, Eye::right}) {
+        const std::string name = eye == Eye::left ? "r/left" : "r/right";
+        render(name, 96, 64, 0, 1, eye);
+        for (std::int64_t index = 0; index <= 1; ++index) {
+            const fs::path file = folder / name / frame_file_name(index);
+            Frame frame = read_exr(file);
+            std::get<EquirectCamera>(frame.info.camera).ods_side_m = ods_side_m(eye, frame.info.ipd_m);
+            frame.planes.emplace("depth", FloatImage(96, 64, 1, 2.0f));
+            write_exr(file, frame);
+        }
+    }
+    const std::string out = "' --preset ultrafast --out '" + path("a.mp4") + "'";
+    expect_failure(run("encode '" + path("r") + out), 2, "omnidirectional stereo is of both eyes");
+    expect_failure(run("encode '" + path("r") + out + " --stereo top-bottom --depth auto"), 2,
+                   "omnidirectional stereo, which clients turn without depth");
+    const Ran ran = run("encode '" + path("r") + out + " --stereo top-bottom");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    StreamReader reader(path("a.mp4"));
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        ASSERT_TRUE(picture.info);
+        EXPECT_EQ(std::get<EquirectCamera>(picture.info->camera).ods_side_m, -0.0315);
+        EXPECT_EQ(std::get<EquirectCamera>(right_eye_of(*picture.info).camera).ods_side_m, 0.0315);
+    }
+    EXPECT_NE(run("info '" + path("a.mp4") + "'").output.find("omnidirectional stereo"), std::string::npos);
 }
 
 TEST_F(Programs, TheLeftEyeIsAboveTheRightOne) {
@@ -383,8 +459,9 @@ TEST_F(Programs, BothEyesMustBeThereAndBelongTogether) {
     expect_failure(run(words), 2, "expected the seed of " + path("r/left"));
     render("r/right", 64, 64, 0, 1, Eye::right);
     EXPECT_EQ(run(words).status, 0);
-    for (const std::string more : {"--depth auto", "--eye left", "--fill small", "--mirrors always"})
-        expect_failure(run(words + " " + more), 2, "nothing beside it, found " + more);
+    expect_failure(run(words + " --depth auto"), 2, "expected plane depth");
+    for (const std::string more : {"--eye left", "--fill small", "--mirrors always"})
+        expect_failure(run(words + " " + more), 2, "nothing beside them, found " + more);
 }
 
 }  // namespace

@@ -1,0 +1,180 @@
+/// `equistream export`: rendered frames as EXR files that compositing programs read.
+#include "compositing_exr.h"
+
+#include <equistream/error.h>
+#include <equistream/file_kind.h>
+#include <equistream/json_text.h>
+#include <equistream/sequence.h>
+#include <equistream/text.h>
+#include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
+
+#include <nlohmann/json.hpp>
+
+#include <OpenEXR/ImfThreading.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <thread>
+
+namespace {
+
+using namespace equistream;
+namespace fs = std::filesystem;
+
+struct Arguments {
+    std::string command;
+    fs::path folder, out;
+    std::string layout = "deep", eye, progress = "auto";
+    std::optional<cli::FrameRange> frames;
+    bool overwrite = false, json = false;
+};
+
+bool holds_frames(const fs::path& folder) {
+    return fs::is_directory(folder) && !list_frames(folder).empty();
+}
+
+/// One eye's frames.
+struct Source {
+    std::string name;
+    fs::path folder;
+    std::optional<fs::path> hidden;  ///< of main's eye alone
+};
+
+/// Those that the render has: of a deep picture one, in parts all.
+std::vector<Source> find_sources(const Arguments& a) {
+    std::vector<Source> found;
+    for (const char* eye : {"centre", "left", "right"})
+        if ((a.eye.empty() || a.eye == eye) && holds_frames(a.folder / eye))
+            found.push_back({eye, a.folder / eye, std::nullopt});
+    if (found.empty() && a.eye.empty() && holds_frames(a.folder))
+        found.push_back({"centre", a.folder, std::nullopt});
+    cli::require(!found.empty(), a.folder.string(),
+                 a.eye.empty() ? "frame.NNNN.exr files, here or in centre/, left/ or right/"
+                               : "frame.NNNN.exr files in " + a.eye + "/",
+                 "none");
+    if (holds_frames(a.folder / "hidden"))
+        found.front().hidden = a.folder / "hidden";
+    if (a.layout == "deep")
+        found.resize(1);
+    return found;
+}
+
+std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a) {
+    std::vector<std::int64_t> frames = list_frames(source.folder);
+    if (a.frames)
+        std::erase_if(frames, [&](std::int64_t index) { return index < a.frames->first || index > a.frames->last; });
+    cli::require(!frames.empty(), "--frames", "frames that " + source.folder.string() + " has", "none of these");
+    for (const std::int64_t index : frames) {
+        const fs::path file = a.out / frame_file_name(index);
+        cli::require(a.overwrite || !fs::exists(file), file.string(), "no such file, or --overwrite", "one");
+    }
+    return frames;
+}
+
+Frame read_layer(const fs::path& file, bool depth_is_needed) {
+    Frame frame = read_exr(file);
+    cli::require(frame.planes.contains("colour"), file.string(), "channels R, G and B", "none");
+    cli::require(!frame.info.patches && frame.info.window_columns == 0, file.string(), "a whole picture",
+                 frame.info.patches ? "an atlas of patches" : "a window");
+    cli::require(!depth_is_needed || frame.planes.contains("depth"), file.string(),
+                 "plane depth, for the samples' places (render --aovs depth)", "none");
+    return frame;
+}
+
+compositing::View read_view(const Source& source, std::int64_t index, bool deep) {
+    const fs::path file = source.folder / frame_file_name(index);
+    compositing::View view{source.name, file, read_layer(file, deep), std::nullopt};
+    if (!source.hidden)
+        return view;
+    const fs::path behind = *source.hidden / frame_file_name(index);
+    view.hidden = read_layer(behind, true);
+    const FloatImage &front = view.front.planes.at("colour"), &hidden = view.hidden->planes.at("colour");
+    const std::string size = size_text(front.width(), front.height());
+    cli::require(front.width() == hidden.width() && front.height() == hidden.height(), behind.string(),
+                 "the size of " + file.string() + ", " + size, size_text(hidden.width(), hidden.height()));
+    return view;
+}
+
+void run(const Arguments& a) {
+    const cli::ProgressStyle style = cli::parse_progress(a.progress);
+    const fs::file_type type = type_of(a.folder, "a folder of frames");
+    cli::require(type == fs::file_type::directory, a.folder.string(), "a folder of frames",
+                 type == fs::file_type::not_found ? "nothing" : "a file");
+    const bool deep = a.layout == "deep";
+    const std::vector<Source> sources = find_sources(a);
+    const std::vector<std::int64_t> frames = chosen_frames(sources.front(), a);
+    std::error_code error;
+    fs::create_directories(a.out, error);
+    cli::require(!error, a.out.string(), "a folder that can be made", error.message());
+    Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency()));
+    compositing::DeepCounts counts;
+    {
+        cli::Progress progress("export", double(frames.size()), style);
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            std::vector<compositing::View> views;
+            for (const Source& source : sources)
+                views.push_back(read_view(source, frames[i], deep));
+            const fs::path file = a.out / frame_file_name(frames[i]);
+            if (deep) {
+                const compositing::DeepCounts of_frame = compositing::write_deep(file, views.front());
+                counts.front += of_frame.front;
+                counts.hidden += of_frame.hidden;
+                counts.left_out += of_frame.left_out;
+            } else {
+                compositing::write_parts(file, views);
+            }
+            progress.step(double(i + 1), "frame " + std::to_string(frames[i]));
+        }
+    }
+    const double pixels = double(counts.front);
+    if (a.json) {
+        nlohmann::ordered_json json = cli::provenance(a.command);
+        json["out"] = a.out.string();
+        json["layout"] = a.layout;
+        json["frames"] = {{"first", frames.front()}, {"last", frames.back()}, {"count", frames.size()}};
+        json["hidden"] = sources.front().hidden.has_value();
+        if (deep)
+            json["samples"] = {{"front", counts.front}, {"hidden", counts.hidden}, {"left_out", counts.left_out}};
+        std::printf("%s\n", json_text(json, 2).c_str());
+        return;
+    }
+    std::printf("%s: %zu frames, %s\n", a.out.string().c_str(), frames.size(), a.layout.c_str());
+    if (deep)
+        std::printf("  %.2f samples a pixel: each one's front surface, and what %s\n",
+                    (pixels + double(counts.hidden)) / pixels,
+                    sources.front().hidden ? "the hidden layer has behind it"
+                                           : "lies behind was not rendered (--layers)");
+    if (counts.left_out > 0)
+        std::printf("  %lld hidden samples were not behind the front and are left out\n",
+                    static_cast<long long>(counts.left_out));
+}
+
+std::function<void()> set_up(cli::CommandLine& app, Arguments& a) {
+    app.add_option("DIR", a.folder, "A render's folder (centre/, left/, right/, hidden/), or one of these").required();
+    app.add_option("--out", a.out, "Folder for the files, frame.NNNN.exr").required();
+    cli::add_with_default(
+        app, "--layout", a.layout,
+        "deep: a deep EXR, the front surface and behind it the hidden one, Z and ZBack in metres along "
+        "the ray; parts: an EXR of parts rgba, depth and hidden, with both eyes as views",
+        {"deep", "parts"});
+    app.add_option("--eye", a.eye, "Which folder: centre, left or right (deep: the first there is; parts: all)")
+        .one_of({"centre", "left", "right"});
+    cli::add_frames_option(app, a.frames, "FIRST-LAST or one number (default: all there are)");
+    app.add_flag("--overwrite", a.overwrite, "Replace files that are there");
+    cli::add_json_flag(app, a.json);
+    cli::add_progress_option(app, a.progress);
+    return [&a] { run(a); };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments arguments;
+    arguments.command = cli::quoted_command(argc, argv);
+    return cli::run_program(argc, argv,
+                            {"export", "Writes rendered frames as EXR files that compositing programs read",
+                             "equistream export frames --out comp --layout deep"},
+                            [&](cli::CommandLine& app) { return set_up(app, arguments); });
+}
