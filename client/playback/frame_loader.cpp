@@ -26,7 +26,9 @@ std::chrono::duration<double> pause_before(int attempt) {
 
 FrameLoader::FrameLoader(std::string source, FeedOptions options)
     : source_(std::move(source)), options_(std::move(options)), reel_(std::make_shared<FrameReel>(ring_options)) {
-    options_.interrupted = [this] {
+    options_.interrupted = [this, asked = std::move(options_.interrupted)] {
+        if (asked && asked())
+            return true;
         const std::lock_guard lock(mutex_);
         return stopping_ || (!is_open_ && is_late());
     };
@@ -38,6 +40,7 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
     }
     is_live_ = feed_->is_live();
     transfers_ = feed_->transfers();
+    summary_ = feed_->summary();
     if (!is_live_)  // to jump may take longer
         options_.first_frame_limit_s = std::numeric_limits<double>::infinity();
     first_ = frame.main.info;
@@ -174,6 +177,12 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
 
 bool FrameLoader::has_transfer(const std::string& name) const {
     return std::ranges::find(transfers_, name) != transfers_.end();
+}
+
+std::optional<double> FrameLoader::seconds() const {
+    if (summary_.frames)
+        return double(*summary_.frames) / first_.frames_per_second;
+    return summary_.seconds;
 }
 
 LoaderState FrameLoader::state() const {

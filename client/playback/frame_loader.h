@@ -46,7 +46,7 @@ public:
     /// Opens the source and waits for its first frame, which is in the reel then. Frames of other sizes than they are
     /// tagged with are passed over until then. Throws InputError as open_feed does, and where there is none; WorkError
     /// where none is left. What limits the first frame limits no jump of a recorded source. `options` without
-    /// frames_ahead, first_frame and interrupted.
+    /// frames_ahead and first_frame; `interrupted` ends this and what is read later.
     FrameLoader(std::string source, FeedOptions options);
     ~FrameLoader();
     FrameLoader(const FrameLoader&) = delete;
@@ -58,8 +58,12 @@ public:
     bool is_live() const { return is_live_; }
     /// Whether a track says that its transfer is this one (FrameFeed::transfers).
     bool has_transfer(const std::string& name) const;
+    const FeedSummary& summary() const { return summary_; }
+    /// From the first frame to the end of the last; nothing: not known.
+    std::optional<double> seconds() const;
     /// On the clock of FrameStamp::arrival_s.
-    double now_s() const { return seconds_since(began_); }
+    double now_s() const { return time_s(Clock::now()); }
+    double time_s(Clock::time_point at) const { return std::chrono::duration<double>(at - began_).count(); }
 
     // The displaying thread.
     LoaderState state() const;
@@ -94,6 +98,7 @@ private:
     FrameInfo first_;
     bool is_live_ = false;
     std::vector<std::string> transfers_;
+    FeedSummary summary_;
     std::shared_ptr<FrameReel> reel_;
     std::int64_t newest_ = -1;  ///< number in the reel; the reading thread's own
     std::size_t ahead_ = 0;     ///< of them, not yet passed

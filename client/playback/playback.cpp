@@ -17,6 +17,9 @@ constexpr double same_time_s = 1e-6;
 /// Of the time between two frames: a frame that comes so little before the time that is sought is the one.
 constexpr double same_frame = 0.01;
 
+/// Over which jitter is averaged.
+constexpr double jitter_frames = 16;
+
 /// Time constant with which the path's delay is followed, as the clock follows the play-out delay.
 constexpr double settle_s = MediaClockOptions{}.settle_s;
 
@@ -61,6 +64,8 @@ void Playback::forget_reel() {
     clock_runs_ = over_ = false;
     path_delay_s_.reset();
     behind_s_ = 0;
+    last_arrival_.reset();
+    came_.clear();
     stepping_ = true;
     shown_number_ = -1;
     shown_s_ = 0;
@@ -70,6 +75,7 @@ void Playback::take_arrivals() {
     while (const std::optional<FrameStamp> stamp = reel_->next_arrival()) {
         newest_s_ = clock_runs_ ? std::max(newest_s_, stamp->frame_time_s) : stamp->frame_time_s;
         newest_arrival_s_ = stamp->arrival_s;
+        count(*stamp);
         if (is_live()) {
             clock_.arrived(stamp->frame_time_s, stamp->arrival_s);
             clock_runs_ = true;
@@ -79,6 +85,22 @@ void Playback::take_arrivals() {
         if (clock_runs_)
             clock_.arrived(stamp->frame_time_s, stamp->frame_time_s + due_s_);
     }
+}
+
+void Playback::count(const FrameStamp& stamp) {
+    came_.push_back(stamp.number);
+    counts_.late += is_live() && shown_number_ >= 0 && stamp.frame_time_s < time_s_ - same_time_s;
+    if (last_arrival_ && stamp.number < last_arrival_->number) {  // out of order: it was counted as lost
+        counts_.lost = std::max<std::int64_t>(0, counts_.lost - 1);
+        return;
+    }
+    if (last_arrival_) {
+        counts_.lost += stamp.number - last_arrival_->number - 1;
+        const double between_s = stamp.arrival_s - last_arrival_->arrival_s;
+        const double off_s = std::abs(between_s - (stamp.frame_time_s - last_arrival_->frame_time_s));
+        jitter_s_ += (off_s - jitter_s_) / jitter_frames;
+    }
+    last_arrival_ = stamp;
 }
 
 Playback::Moment Playback::refresh(double now_s) {
@@ -93,8 +115,11 @@ Playback::Moment Playback::refresh(double now_s) {
         reel_ = std::move(loaded.reel);
     }
     take_arrivals();
-    if (!is_moving())
+    if (!is_moving()) {
+        if (is_live())
+            came_.clear();  // nobody waits for them
         return {};
+    }
     if (loaded.failed && waiting_.empty()) {
         paused_ = true;
         stepping_ = false;
@@ -164,7 +189,10 @@ Playback::Moment Playback::show(double frame_time_s) {
     const auto frames = reel_->show(frame_time_s);
     if (frames.empty() || reel_->stamp(frames[0]).number == shown_number_)
         return {};
-    shown_number_ = reel_->stamp(frames[0]).number;
+    const bool is_first = std::exchange(shown_number_, reel_->stamp(frames[0]).number) < 0;
+    const auto done = std::erase_if(came_, [&](std::int64_t number) { return number <= shown_number_; });
+    if (!is_first && done > 1)
+        counts_.skipped += std::int64_t(done) - 1;
     shown_s_ = reel_->stamp(frames[0]).frame_time_s;
     const auto passed = std::erase_if(waiting_, [&](const FrameStamp& stamp) { return stamp.number <= shown_number_; });
     loader_.passed(*reel_, passed);

@@ -19,6 +19,13 @@
 
 namespace equistream {
 
+/// Of a source, since it was opened.
+struct PlaybackCounts {
+    std::int64_t late = 0;     ///< frames that came after the time at which they were to be shown
+    std::int64_t lost = 0;     ///< numbers that no frame came with, so far
+    std::int64_t skipped = 0;  ///< frames that came and were passed over
+};
+
 class Playback {
 public:
     struct Moment {
@@ -59,11 +66,16 @@ public:
     /// To reach a server that was lost; 0: it is there.
     int attempts() const { return attempts_; }
     double playout_delay_s() const { return clock_.playout_delay_s(); }
+    /// Of a live source: by how much the times between arrivals differ from those between frames, as RFC 3550 (6.4.1)
+    /// averages it.
+    double jitter_s() const { return jitter_s_; }
+    PlaybackCounts counts() const { return counts_; }
     /// Whether a later refresh may have something new although nothing is done here.
     bool is_moving() const { return !paused_ || stepping_; }
 
 private:
     void take_arrivals();
+    void count(const FrameStamp& stamp);
     void begin_at_next();
     Moment refresh_live(bool ended, double elapsed_s);
     Moment refresh_recorded(bool ended, double elapsed_s);
@@ -90,6 +102,10 @@ private:
     double time_s_ = 0, fraction_done_ = 0;
     ClockState state_ = ClockState::starting;
     int attempts_ = 0;
+    std::optional<FrameStamp> last_arrival_;  ///< of the reel
+    double jitter_s_ = 0;
+    std::vector<std::int64_t> came_;  ///< numbers of frames in the reel that are neither shown nor passed over
+    PlaybackCounts counts_;
 };
 
 // What the viewer's head is moved around. That is where each frame's own head is, until the server renders from where

@@ -74,6 +74,7 @@ public:
     std::optional<double> fraction_done() const override { return given_.fraction_done; }
     bool is_live() const override { return feed_->is_live(); }
     std::vector<std::string> transfers() const override { return feed_->transfers(); }
+    FeedSummary summary() const override { return feed_->summary(); }
     bool seek(std::int64_t) override { return false; }
 
 private:
@@ -149,6 +150,7 @@ public:
     std::optional<double> fraction_done() const override { return feed_->fraction_done(); }
     bool is_live() const override { return feed_->is_live(); }
     std::vector<std::string> transfers() const override { return feed_->transfers(); }
+    FeedSummary summary() const override { return feed_->summary(); }
     bool seek(std::int64_t frame) override { return feed_->seek(frame); }
 
 private:

@@ -69,6 +69,12 @@ public:
     std::optional<double> fraction_done() const override { return double(position_) / double(frames_.size()); }
     bool is_live() const override { return false; }
     std::vector<std::string> transfers() const override { return {}; }
+    FeedSummary summary() const override {
+        return {.kind = "a folder of frames",
+                .codec = {},
+                .seconds = {},
+                .frames = frames_.empty() ? 0 : frames_.back() - frames_.front() + 1};
+    }
     bool seek(std::int64_t frame) override {
         position_ = std::size_t(std::ranges::lower_bound(frames_, frame) - frames_.begin());
         return true;

@@ -65,6 +65,14 @@ struct FeedTrack {
 /// Throws WorkError where a picture or a plane of it has another size than its tag says, by which it is looked up.
 void require_tagged_sizes(const ReceivedFrame& frame);
 
+/// What a source says of itself, for people.
+struct FeedSummary {
+    std::string kind;                    ///< "a folder of frames", or the container in libav's words
+    std::string codec;                   ///< of the main pictures, in libav's words; empty: nothing was coded
+    std::optional<double> seconds;       ///< from the first frame to the end of the last; nothing: not known
+    std::optional<std::int64_t> frames;  ///< the same; nothing: not counted
+};
+
 class FrameFeed {
 public:
     virtual ~FrameFeed() = default;
@@ -81,6 +89,7 @@ public:
     /// How each track says that its samples stand for light, by libav's names ("smpte2084": PQ), whether or not a
     /// picture of it has come. Of folders none.
     virtual std::vector<std::string> transfers() const = 0;
+    virtual FeedSummary summary() const = 0;
     /// From here on next() gives the frames from this one on, not before FeedOptions::first_frame; of a stream no more
     /// is decoded for that than the group of pictures it is in. False where that cannot be done (StreamReader::seek,
     /// before the first frame, with frames_ahead): the feed is of no further use then.

@@ -104,6 +104,13 @@ public:
             names.push_back(transfer_of(track));
         return names;
     }
+    FeedSummary summary() const override {
+        const auto main = std::ranges::find(reader_.tracks(), TrackRole::main, &StreamTrackSummary::role);
+        return {.kind = reader_.container(),
+                .codec = main == reader_.tracks().end() ? std::string() : main->codec,
+                .seconds = reader_.seconds(),
+                .frames = {}};
+    }
     bool seek(std::int64_t frame) override {
         if (!begun_ || !reader_.seek(double(frame - begun_->index) / begun_->frames_per_second))
             return false;

@@ -10,7 +10,7 @@
 
 namespace equistream {
 
-constexpr int shift = GLFW_MOD_SHIFT;
+constexpr int shift = GLFW_MOD_SHIFT, control = GLFW_MOD_CONTROL;
 constexpr std::string_view look = "Look and move", time = "Time", shown = "What is shown", keep = "Keep",
                            program = "Program";
 
@@ -50,12 +50,19 @@ constexpr auto bindings = std::to_array<KeyBinding>({
     {GLFW_KEY_R, shift, "shift r", Action::record_head, keep, "record the head's path as CSV, and stop"},
     {GLFW_KEY_T, 0, "t", Action::times, program, "frame times by stage"},
     {GLFW_KEY_H, 0, "h", Action::help, program, "these keys"},
+    {GLFW_KEY_TAB, 0, "tab", Action::panel, program,
+     "panel of settings and values (menu bar and timeline come when the mouse moves)"},
+    {GLFW_KEY_O, control, "ctrl o", Action::open, program, "open another stream or folder (or drop it on the window)"},
     {GLFW_KEY_F11, 0, "F11", Action::fullscreen, program, "full screen"},
     {GLFW_KEY_ESCAPE, 0, "escape", Action::quit, program, "quit"},
 });
 
 std::span<const KeyBinding> key_bindings() {
     return bindings;
+}
+
+const KeyBinding& key_of(Action action) {
+    return *std::ranges::find(bindings, action, &KeyBinding::action);
 }
 
 const KeyBinding* binding_of(int key, int modifiers) {

@@ -1,5 +1,6 @@
 #pragma once
-/// Every key of the viewer, in one table: what handles keys, what `h` shows and what `--keys` prints are made from it.
+/// Every key of the viewer, in one table: what handles keys, what `h` and the menus show and what `--keys` prints are
+/// made from it.
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,6 +43,8 @@ enum class Action {
     record_head,
     times,
     help,
+    panel,
+    open,
     fullscreen,
     quit,
 };
@@ -61,6 +64,8 @@ inline constexpr Action last_held_action = Action::turn_down;
 inline constexpr bool is_held(Action action) {
     return action <= last_held_action;
 }
+/// The first of an action's; every action has one.
+const KeyBinding& key_of(Action action);
 /// Null where nothing is bound to it.
 const KeyBinding* binding_of(int key, int modifiers);
 

@@ -1,5 +1,6 @@
 #include "presenter.h"
 
+#include <client/transport/address.h>
 #include <equistream/elapsed.h>
 #include <equistream/text.h>
 
@@ -7,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <thread>
 #include <utility>
 
@@ -21,19 +23,28 @@ constexpr double longest_latency_s = 0.25;
 constexpr double min_interval = 0.9;
 /// A head that wears something is never quite at rest.
 constexpr double still_m = 0.003;
+constexpr double meter_window_s = 2;
 
-Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& loader, PoseSender& poses,
-                     InputBox& box, Window& window)
-    : settings_(settings), truth_(truth), fov_deg_(first_fov_deg()), loader_(loader), poses_(poses), box_(box),
-      window_(window), playback_(loader, settings.paused),
-      headset_(settings.headset ? std::make_unique<Headset>() : nullptr),
-      renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first()), settings_.fill_chain,
-                settings_.finding_engine),
-      recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
+Presenter::Presenter(WatchedSource& source, const ShownSettings& shown, const Place& place)
+    : source_(source), settings_(source.settings), shown_(shown), truth_(source.truth ? &*source.truth : nullptr),
+      fov_deg_(first_fov_deg()), loader_(source.loader), poses_(source.poses), box_(place.box), window_(place.window),
+      face_(place.face), headset_(place.headset), playback_(loader_, settings_.paused), renderer_(make_renderer(shown)),
+      recorder_(settings_.out), began_s_(loader_.now_s()), now_s_(began_s_), refreshes_(meter_window_s),
+      frames_(meter_window_s), bits_(meter_window_s) {
     // Not when its first picture comes, which may be in the midst of it all: a shader takes longer than a refresh.
-    if (loader.has_transfer("smpte2084"))
+    if (loader_.has_transfer("smpte2084"))
         make_hdr_display();
     advance(now_s_);
+}
+
+std::unique_ptr<gl::EyeRenderer> Presenter::make_renderer(const ShownSettings& shown) const {
+    const bool by_geometry = settings_.scene && shown.by_geometry;
+    auto renderer = std::make_unique<gl::EyeRenderer>(by_geometry ? &*settings_.scene : nullptr,
+                                                      head_box_radius(loader_.first()), shown.fill_chain, shown.engine);
+    // Until somebody reads there, the buffers stay empty and decoders keep to memory of their own.
+    if (settings_.upload == PictureUpload::mapped || !gl::Context::driver().is_software())
+        renderer->read_in_place(source_.pictures);
+    return renderer;
 }
 
 Presenter::~Presenter() = default;
@@ -42,26 +53,23 @@ double Presenter::first_fov_deg() const {
     return settings_.fov_deg.value_or(truth_ != nullptr ? truth_->camera().fov_x_rad * 180 / pi : default_view_fov_deg);
 }
 
-bool Presenter::is_over() const {
-    return quit_ || inputs_.is_closed || (settings_.seconds > 0 && now_s_ - began_s_ >= settings_.seconds);
+void Presenter::know_of(const std::string& loading, const std::vector<std::string>& recent) {
+    content_.loading = loading;
+    content_.recent = recent;
 }
 
-void Presenter::run() {
-    if (headset_)
-        window_.do_not_wait_for_refreshes();  // the headset has its own
-    while (!is_over()) {
-        if (headset_) {
-            refresh_headset();
-            continue;
-        }
-        take_inputs();
-        rest(refresh_window());
+void Presenter::refresh(const ViewInputs& inputs, double longest_rest_s) {
+    inputs_ = inputs;
+    if (headset_ != nullptr) {
+        refresh_headset();
+        return;
     }
+    take_inputs();
+    rest(refresh_window(), longest_rest_s);
 }
 
 void Presenter::take_inputs() {
     now_s_ = loader_.now_s();
-    box_.take(inputs_);
     for (const Action action : inputs_.pressed)
         act(action);
     steer(now_s_);
@@ -71,29 +79,30 @@ void Presenter::take_inputs() {
 bool Presenter::refresh_window() {
     if (inputs_.window.width == 0 || inputs_.window.height == 0)
         return false;  // minimised: nobody sees anything
-    times_.start(settings_.times);
+    times_.start(shown_.times);
     const bool is_new = advance(now_s_);
     lead();
     seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
     extrapolation_s_ = wanted_extrapolation_s(latency_.seconds());
     recorder_.add_head(playback_.time_s(), head());
-    Drawn now{seen_head_, extrapolation_s_, status()};
+    content_ = make_content();
+    Drawn now{seen_head_, extrapolation_s_, face_.is_awake(), content_};
     if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_.records_view() && drawn_ && *drawn_ == now)
         return false;
-    draw(now.status);
+    draw();
     drawn_ = std::move(now);
     return true;
 }
 
-void Presenter::draw(const StatusLine& status) {
+void Presenter::draw() {
     look(inputs_.window);
+    ask_for_pixel();
     add_times();
     keep_what_is_asked_for();
-    StatusLine line = status;
-    if (truth_db_)
-        line.text = formatted("truth on the right: %.1f dB  |  ", *truth_db_) + line.text;  // small windows cut its end
-    panels_.draw(line, inputs_.window, settings_.times);
+    face_.say(content_);
+    face_.draw();
     window_.show();
+    refreshes_.add(now_s_, 1);
     ++report_.refreshes;
     report_.extrapolation_s += extrapolation_s_;
     if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
@@ -102,18 +111,18 @@ void Presenter::draw(const StatusLine& status) {
 
 void Presenter::add_times() {
     const double since_last_s = now_s_ - std::exchange(drawn_s_, now_s_);
-    if (!settings_.times)
+    if (!shown_.times)
         return;
-    panels_.add(times_.row(), 1e3 * since_last_s);
+    face_.add(times_.row(), 1e3 * since_last_s);
     report_.stages_ms = report_.stages_ms.value_or(gl::StageTimes::Row{});
     for (std::size_t stage = 0; stage < times_.row().size(); ++stage)
         (*report_.stages_ms)[stage] += times_.row()[stage];
 }
 
 /// Until the next refresh may have something to draw.
-void Presenter::rest(bool drew) {
-    if (!drew && !playback_.is_moving() && motion_.is_resting() && !truth_is_coming_) {
-        box_.wait(longest_idle_s);
+void Presenter::rest(bool drew, double longest_s) {
+    if (!drew && !playback_.is_moving() && motion_.is_resting() && !truth_is_coming_ && !probe_.is_waiting()) {
+        box_.wait(std::min(longest_s, longest_idle_s));
         return;
     }
     const double left_s = min_interval / window_.refresh_hz() - (loader_.now_s() - now_s_);
@@ -123,12 +132,12 @@ void Presenter::rest(bool drew) {
 
 void Presenter::steer(double now_s) {
     // What the mouse holds in the middle of a picture stays under it.
-    const double eye_px = std::max(1, gl::eye_size(settings_.layout, inputs_.window).width);
+    const double eye_px = std::max(1, gl::eye_size(shown_.layout, inputs_.window).width);
     const double rad_per_px = 2 * std::tan(fov_deg_ * pi / 360) / eye_px;
     for (const InputSample& sample : inputs_.samples) {
         steering_.drag_yaw_rad = sample.drag_x * rad_per_px;
         steering_.drag_pitch_rad = sample.drag_y * rad_per_px;
-        motion_.steer(steering_, sample.time_s);
+        motion_.steer(steering_, loader_.time_s(sample.at));
         steering_ = {.held = sample.held,
                      .turn_x = sample.sticks.turn_x,
                      .turn_y = sample.sticks.turn_y,
@@ -156,8 +165,10 @@ bool Presenter::advance(double now_s) {
         }
         if (find_truth())
             is_new = true;
-        if (moment.frame)
+        if (moment.frame) {
             ++report_.frames;
+            frames_.add(now_s, 1);
+        }
         if (moment.is_over)
             end();
     } catch (const std::exception& error) {
@@ -168,26 +179,29 @@ bool Presenter::advance(double now_s) {
         playback_.pause();
     }
     log_connection();
+    const std::int64_t bytes = loader_.figures().bytes;
+    bits_.add(now_s, 8.0 * double(bytes - std::exchange(counted_bytes_, bytes)));
     return is_new;
 }
 
 void Presenter::make_hdr_display() {
     const auto display = settings_.hdr_display ? settings_.hdr_display : std::make_shared<const HdrDisplay>();
-    renderer_.show_pq_by(std::make_shared<gl::PqDisplay>(*display));
-    exposure_stops_ = display->settings().exposure_stops;
+    pq_display_ = std::make_shared<gl::PqDisplay>(*display);
+    pq_display_->set_exposure(shown_.exposure_stops);
+    renderer_->show_pq_by(pq_display_);
 }
 
 /// Tracks that do not say that they are HDR may still turn out to be.
 void Presenter::show(SharedFrame frame) {
-    if (!exposure_stops_ && gl::has_hdr(*frame))
+    if (!pq_display_ && gl::has_hdr(*frame))
         make_hdr_display();
-    renderer_.show(std::move(frame), times_);
+    renderer_->show(std::move(frame), times_);
 }
 
 void Presenter::end() {
     if (!loader_.truncation().empty())
         tell(loader_.truncation());
-    if (settings_.loop && !playback_.is_paused() && !playback_.is_live())
+    if (shown_.loop && !playback_.is_paused() && !playback_.is_live())
         playback_.seek(loader_.first().time_s);
     else
         playback_.pause();
@@ -197,7 +211,7 @@ void Presenter::end() {
 void Presenter::log_connection() {
     const bool is_lost = playback_.attempts() > 0;
     if (is_lost != std::exchange(was_lost_, is_lost))
-        std::fprintf(stderr, "%s: %s\n", settings_.source.c_str(),
+        std::fprintf(stderr, "%s: %s\n", without_secrets(settings_.source).c_str(),
                      is_lost ? "the connection was lost; trying again" : "connected again");
 }
 
@@ -209,7 +223,7 @@ void Presenter::lead() {
         followed_.sent(head());
 }
 
-ViewerReport Presenter::report() const {
+ViewerReport Presenter::report() {
     ViewerReport report = report_;
     report.seconds = now_s_ - began_s_;
     report.latency_s = latency_.seconds();
@@ -220,6 +234,9 @@ ViewerReport Presenter::report() const {
     if (report.truth_db)
         *report.truth_db /= double(truth_count_);
     report.decoder = frame().main.decoder;
+    report.mapped_bytes = source_.pictures ? source_.pictures->bytes() : 0;
+    report.facts = make_facts();
+    std::ranges::copy(mouse_facts_, std::back_inserter(report.facts));
     if (report.stages_ms)
         for (double& stage_ms : *report.stages_ms)
             stage_ms /= double(std::max<std::int64_t>(1, report.refreshes));

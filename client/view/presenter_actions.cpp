@@ -16,11 +16,6 @@ constexpr double exposure_step_stops = 0.25;
 /// What is less late shows itself by nothing but pictures that come late.
 constexpr double longest_unsaid_s = 0.5;
 
-template <typename Enum, std::size_t n>
-Enum after(Enum value, const std::array<std::string_view, n>&) {
-    return Enum((std::size_t(value) + 1) % n);
-}
-
 }  // namespace
 
 void Presenter::tell(std::string message) {
@@ -35,14 +30,47 @@ void Presenter::seek(double time_s) {
         playback_.seek(time_s);
 }
 
+void Presenter::choose(const ShownSetting& setting, const std::string& value) {
+    ShownSettings wanted = shown_;
+    for (const std::string& note : setting.set(wanted, value))
+        tell(note);
+    change_to(wanted);
+}
+
+/// What shows itself in the picture is not said besides.
+void Presenter::press(const ShownSetting& setting) {
+    choose(setting, setting.next(shown_));
+    if (setting.menu != SettingMenu::view)
+        tell(std::string(setting.label) + ": " + setting.value(shown_));
+}
+
+/// What is made anew for it is there before anything changes.
+void Presenter::change_to(const ShownSettings& wanted) {
+    const bool has_scene = settings_.scene.has_value();
+    if (wanted.engine != shown_.engine || wanted.fill_chain != shown_.fill_chain ||
+        (has_scene && wanted.by_geometry != shown_.by_geometry)) {
+        auto renderer = make_renderer(wanted);
+        if (pq_display_)
+            renderer->show_pq_by(pq_display_);
+        renderer->show(renderer_->shared_frame(), times_);
+        renderer_ = std::move(renderer);
+    }
+    if (pq_display_ && wanted.exposure_stops != shown_.exposure_stops)
+        renderer_->set_exposure(wanted.exposure_stops);
+    shown_ = wanted;
+    measured_s_ = -1;
+    drawn_.reset();
+}
+
 void Presenter::expose(double more_stops) {
-    if (!exposure_stops_) {
+    if (!pq_display_) {
         tell("exposure: no HDR stream");
         return;
     }
-    exposure_stops_ = std::clamp(*exposure_stops_ + more_stops, -max_exposure_stops, max_exposure_stops);
-    renderer_.set_exposure(*exposure_stops_);
-    tell(formatted("exposure %+.2f stops", *exposure_stops_));
+    ShownSettings wanted = shown_;
+    wanted.exposure_stops = std::clamp(shown_.exposure_stops + more_stops, -max_exposure_stops, max_exposure_stops);
+    change_to(wanted);
+    tell(formatted("exposure %+.2f stops", shown_.exposure_stops));
 }
 
 void Presenter::act(Action action) {
@@ -72,21 +100,6 @@ void Presenter::act(Action action) {
         {Action::second_back, [&] { seek(info.time_s - jump_s); }},
         {Action::second_on, [&] { seek(info.time_s + jump_s); }},
         {Action::to_start, [&] { seek(0); }},
-        {Action::loop,
-         [&] {
-             settings_.loop = !settings_.loop;
-             tell(settings_.loop ? "starts again at the end" : "stays at the end");
-         }},
-        {Action::next_layout, [&] { settings_.layout = after(settings_.layout, gl::display_layout_names); }},
-        {Action::next_anaglyph,
-         [&] {
-             const auto at = std::size_t(settings_.anaglyph - anaglyphs().data());
-             settings_.anaglyph = &anaglyphs()[(at + 1) % anaglyphs().size()];
-             tell("anaglyph: " + std::string(settings_.anaglyph->name));
-         }},
-        {Action::next_overlay, [&] { settings_.overlay = after(settings_.overlay, gl::overlay_names); }},
-        {Action::next_method, [&] { settings_.by_depth = !settings_.by_depth; }},
-        {Action::fill, [&] { settings_.fill = !settings_.fill; }},
         {Action::darker, [&] { expose(-exposure_step_stops); }},
         {Action::brighter, [&] { expose(exposure_step_stops); }},
         {Action::split, [&] { split_ = split_ < 1 ? 1.0f : 0.5f; }},
@@ -95,8 +108,8 @@ void Presenter::act(Action action) {
         {Action::picture, [&] { picture_wanted_ = true; }},
         {Action::record_view, [&] { tell(recorder_.start_or_stop_view()); }},
         {Action::record_head, [&] { tell(recorder_.start_or_stop_head()); }},
-        {Action::times, [&] { settings_.times = !settings_.times; }},
-        {Action::help, [&] { panels_.turn_help_page(); }},
+        {Action::help, [&] { face_.turn_help_page(); }},
+        {Action::open, [&] { face_.ask_for_source(); }},
         {Action::fullscreen,
          [&] {
              box_.ask_for_fullscreen_toggle();
@@ -105,14 +118,16 @@ void Presenter::act(Action action) {
         {Action::quit, [&] { quit_ = true; }},
     };
     try {
-        if (const auto found = once.find(action); found != once.end())
+        if (const ShownSetting* setting = shown_setting_of(action); setting != nullptr)
+            press(*setting);
+        else if (const auto found = once.find(action); found != once.end())
             found->second();
     } catch (const std::exception& error) {
         tell(error.what());
     }
 }
 
-// The line at the bottom.
+// What is said at the bottom.
 
 /// What is to be said of a server that is late; empty: it is not.
 std::string Presenter::lateness() const {
@@ -123,47 +138,49 @@ std::string Presenter::lateness() const {
     return "";
 }
 
-StatusLine Presenter::status() const {
-    const FrameInfo& info = frame().main.info;
-    StatusLine line;
-    const std::string_view layout =
-        is_worn_ ? "in the headset" : gl::display_layout_names[std::size_t(settings_.layout)];
-    const std::string_view overlay = gl::overlay_names[std::size_t(settings_.overlay)];
-    line.text = formatted(
-        "%s frame %lld  %.2f s%s  |  %s  |  %.*s%s, %s%s%s%.*s  |  h: keys",
-        playback_.is_paused() ? "paused" : "playing", static_cast<long long>(info.index), info.time_s,
-        followed_.is_followed() ? ", the server follows" : "", in_words(is_worn_ ? seen_head_ : motion_.head()).c_str(),
-        int(layout.size()), layout.data(), headset_ && !is_worn_ ? " (nobody wears the headset)" : "",
-        !settings_.by_depth || !renderer_.has_depth() ? "rotation"
-        : renderer_.has_geometry()                    ? "eye-depth"
-                                                      : settings_.finding_engine.c_str(),
-        settings_.fill ? "" : ", gaps open", settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
-        settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
-    if (settings_.overlay == gl::Overlay::motion && settings_.layout != gl::DisplayLayout::sphere)
-        line.legend = info.moving.empty()
-                          ? "nothing is said to move"
-                          : formatted("moves that way; %.0f deg/s at the rim", gl::full_motion_deg_per_s);
-    line.decoder = frame().main.decoder;
-    line.fraction_done = playback_.fraction_done();
-    if (const std::string late = lateness(); !late.empty())
-        line.warning = late;
-    else if (now_s_ < message_until_s_)
-        line.warning = message_;
-    else if (truth_ != nullptr && split_ < 1 && !why_no_truth().empty())
-        line.warning = why_no_truth();
-    else if (const double fading = beyond_head_box(); fading > 0)
-        line.warning = formatted("outside the head box of %.0f cm: parallax is beyond its error bound (c: back)",
-                                 100 * head_box_radius(info));
-    else if (!frame().posed && frame().main.pq.empty() &&
-             (loader_.has_transfer("smpte2084") || loader_.has_transfer("arib-std-b67")))
-        line.warning = "HDR other than PQ by BT.2020 with even sides is shown as if it were not: dull";
-    else if (!frame().posed)
-        line.warning = is_ods(frame().main.info.camera) ? "omnidirectional stereo, a sphere for each eye: rotation only"
-                       : frame().right                  ? "ordinary stereo video, a sphere for each eye: rotation only"
-                                                        : "ordinary video: rotation only";
-    else if (!renderer_.has_depth())
-        line.warning = "no --scene or --model, and no depth in the stream: rotation only";
+std::string Presenter::engine_in_use() const {
+    return !shown_.by_depth || !renderer_->has_depth() ? "rotation"
+           : renderer_->has_geometry()                 ? "eye-depth"
+                                                       : shown_.engine;
+}
+
+/// Beside the time.
+std::string Presenter::status() const {
+    const std::string_view layout = is_worn_ ? "in the headset" : gl::display_layout_names[std::size_t(shown_.layout)];
+    std::string line;
+    if (truth_db_)
+        line = formatted("truth on the right: %.1f dB  |  ", *truth_db_);
+    line += in_words(is_worn_ ? seen_head_ : motion_.head()) + "  |  " + std::string(layout);
+    if (headset_ != nullptr && !is_worn_)
+        line += " (nobody wears the headset)";
+    line += ", " + engine_in_use() + (shown_.fill ? "" : ", gaps open");
+    if (shown_.overlay != gl::Overlay::none)
+        line += ", overlay " + std::string(gl::overlay_names[std::size_t(shown_.overlay)]);
+    if (followed_.is_followed())
+        line += ", the server follows";
     return line;
+}
+
+std::string Presenter::warning() const {
+    if (const std::string late = lateness(); !late.empty())
+        return late;
+    if (now_s_ < message_until_s_)
+        return message_;
+    if (truth_ != nullptr && split_ < 1 && !why_no_truth().empty())
+        return why_no_truth();
+    if (beyond_head_box() > 0)
+        return formatted("outside the head box of %.0f cm: parallax is beyond its error bound (c: back)",
+                         100 * head_box_radius(frame().main.info));
+    if (!frame().posed && frame().main.pq.empty() &&
+        (loader_.has_transfer("smpte2084") || loader_.has_transfer("arib-std-b67")))
+        return "HDR other than PQ by BT.2020 with even sides is shown as if it were not: dull";
+    if (!frame().posed)
+        return is_ods(frame().main.info.camera) ? "omnidirectional stereo, a sphere for each eye: rotation only"
+               : frame().right                  ? "ordinary stereo video, a sphere for each eye: rotation only"
+                                                : "ordinary video: rotation only";
+    if (shown_.by_depth && !renderer_->has_depth())
+        return "no --scene or --model, and no depth in the stream: rotation only";
+    return {};
 }
 
 }  // namespace equistream

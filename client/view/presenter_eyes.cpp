@@ -14,7 +14,7 @@ namespace equistream {
 double Presenter::wanted_extrapolation_s(double until_seen_s) const {
     // The truth is of the frames' own times.
     const bool is_extrapolated =
-        settings_.extrapolation_limit_s > 0 && truth_ == nullptr && settings_.by_depth && renderer_.can_extrapolate();
+        settings_.extrapolation_limit_s > 0 && truth_ == nullptr && shown_.by_depth && renderer_->can_extrapolate();
     return is_extrapolated ? playback_.extrapolation_s(settings_.extrapolation_limit_s, until_seen_s) : 0;
 }
 
@@ -47,39 +47,41 @@ double Presenter::beyond_head_box() const {
 }
 
 gl::RefreshOptions Presenter::refresh_options() const {
-    return {.surface = settings_.by_depth,
-            .fill = settings_.fill,
-            .reliability = settings_.overlay == gl::Overlay::reliability,
-            .motion = settings_.overlay == gl::Overlay::motion,
-            .right_alone = settings_.layout == gl::DisplayLayout::right,
-            .mirrors = settings_.mirrors};
+    return {.surface = shown_.by_depth,
+            .fill = shown_.fill,
+            .reliability = shown_.overlay == gl::Overlay::reliability,
+            .motion = shown_.overlay == gl::Overlay::motion,
+            .right_alone = shown_.layout == gl::DisplayLayout::right,
+            .mirrors = shown_.mirrors};
 }
 
 void Presenter::draw_eyes(gl::Size window, bool splits) {
-    const gl::Size size = gl::eye_size(settings_.layout, window);
+    const gl::Size size = gl::eye_size(shown_.layout, window);
     const PerspectiveCamera camera{size.width, size.height, fov_deg_ * pi / 180};
     const Pose head = foretold_head();
     std::array<EyeView, gl::max_eyes> eyes;
-    const int count = gl::eyes_of(settings_.layout);
+    const int count = gl::eyes_of(shown_.layout);
     for (int i = 0; i < count; ++i) {
-        const bool right = count == 1 ? settings_.layout == gl::DisplayLayout::right : i == 1;
+        const bool right = count == 1 ? shown_.layout == gl::DisplayLayout::right : i == 1;
         eyes[std::size_t(i)] = {camera,
                                 {eye_position(head, right ? Eye::right : Eye::left, ipd_m()), head.orientation}};
     }
+    eyes_ = eyes;
     poses_.look_through(camera);
-    renderer_.extrapolate(extrapolation_s_);
-    renderer_.look({eyes.data(), std::size_t(count)}, settings_.by_depth || splits, times_);
-    renderer_.draw(refresh_options(), targets_, times_);
+    renderer_->extrapolate(extrapolation_s_);
+    renderer_->look({eyes.data(), std::size_t(count)}, shown_.by_depth || splits, times_);
+    renderer_->draw(refresh_options(), targets_, times_);
     if (splits)
-        renderer_.draw({.surface = !settings_.by_depth, .fill = settings_.fill, .mirrors = settings_.mirrors},
-                       other_targets_, times_);
+        renderer_->draw({.surface = !shown_.by_depth, .fill = shown_.fill, .mirrors = shown_.mirrors}, other_targets_,
+                        times_);
 }
 
 void Presenter::look(gl::Size window) {
     const bool with_truth = shows_truth();
-    const bool with_other = split_ < 1 && truth_ == nullptr && renderer_.has_depth();
+    const bool with_other = split_ < 1 && truth_ == nullptr && renderer_->has_depth();
     const bool splits = with_truth || with_other;
-    if (settings_.layout != gl::DisplayLayout::sphere)
+    eyes_.reset();
+    if (shown_.layout != gl::DisplayLayout::sphere)
         draw_eyes(window, with_other);
     truth_db_.reset();
     if (with_truth)
@@ -87,13 +89,13 @@ void Presenter::look(gl::Size window) {
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     display_.draw({.eyes = &targets_,
                    .other = splits ? &other_targets_ : nullptr,
-                   .depth = renderer_.depth(),
-                   .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_.reliability() : 0,
-                   .motion = renderer_.motion(),
-                   .source = &renderer_.source()},
-                  {.layout = settings_.layout,
-                   .anaglyph = settings_.anaglyph,
-                   .overlay = settings_.overlay,
+                   .depth = renderer_->depth(),
+                   .reliability = shown_.overlay == gl::Overlay::reliability ? renderer_->reliability() : 0,
+                   .motion = renderer_->motion(),
+                   .source = &renderer_->source()},
+                  {.layout = shown_.layout,
+                   .anaglyph = shown_.anaglyph,
+                   .overlay = shown_.overlay,
                    .fading = float(beyond_head_box()),
                    .split = split_},
                   window);
@@ -151,7 +153,7 @@ void Presenter::refresh_headset() {
         refresh_window();
         return;
     }
-    times_.start(settings_.times);
+    times_.start(shown_.times);
     advance(now_s_);
     draw_headset(*seen);
     mirror(headset_->framebuffer(), seen->view.parts[0]);
@@ -173,17 +175,18 @@ void Presenter::draw_headset(const HeadsetView& seen) {
     poses_.look_through(seen.view.camera);
     latency_.measured(seen.until_seen_s);
     extrapolation_s_ = wanted_extrapolation_s(seen.until_seen_s);
-    renderer_.extrapolate(extrapolation_s_);
-    renderer_.look(eyes, settings_.by_depth, times_);
-    renderer_.draw(refresh_options(), targets_, times_);
+    eyes_.reset();  // of the window
+    renderer_->extrapolate(extrapolation_s_);
+    renderer_->look(eyes, shown_.by_depth, times_);
+    renderer_->draw(refresh_options(), targets_, times_);
     glBindFramebuffer(GL_FRAMEBUFFER, headset_->framebuffer());
     display_.draw(
         {.eyes = &targets_,
-         .depth = renderer_.depth(),
-         .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_.reliability() : 0,
-         .motion = renderer_.motion(),
-         .source = &renderer_.source()},
-        {.layout = gl::DisplayLayout::side_by_side, .overlay = settings_.overlay, .fading = float(beyond_head_box())},
+         .depth = renderer_->depth(),
+         .reliability = shown_.overlay == gl::Overlay::reliability ? renderer_->reliability() : 0,
+         .motion = renderer_->motion(),
+         .source = &renderer_->source()},
+        {.layout = gl::DisplayLayout::side_by_side, .overlay = shown_.overlay, .fading = float(beyond_head_box())},
         headset_->size());
     times_.mark(gl::RenderStage::display);
     ++report_.refreshes;
@@ -206,7 +209,9 @@ void Presenter::show_mirror() {
         return;  // minimised
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     keep_what_is_asked_for();
-    panels_.draw(status(), inputs_.window, settings_.times);
+    content_ = make_content();
+    face_.say(content_);
+    face_.draw();
     window_.show();
     drawn_.reset();
 }
@@ -217,7 +222,7 @@ void Presenter::show_mirror() {
 bool Presenter::find_truth() {
     if (truth_ == nullptr)
         return false;
-    const Eye eye = settings_.layout == gl::DisplayLayout::right ? Eye::right : Eye::left;
+    const Eye eye = shown_.layout == gl::DisplayLayout::right ? Eye::right : Eye::left;
     Truth::Found found = truth_->at(frame().main.info.time_s, eye);
     truth_is_coming_ = found.is_coming;
     if (!found.problem.empty() && found.problem != truth_problem_)
@@ -233,7 +238,7 @@ bool Presenter::find_truth() {
 
 /// Empty: the truth is of what is drawn.
 std::string Presenter::why_no_truth() const {
-    if (settings_.layout != gl::DisplayLayout::right && settings_.layout != gl::DisplayLayout::left)
+    if (shown_.layout != gl::DisplayLayout::right && shown_.layout != gl::DisplayLayout::left)
         return "the truth is shown beside one eye (v)";
     if (!truth_problem_.empty())
         return truth_problem_;

@@ -27,6 +27,7 @@ public:
     std::string start_or_stop_head();
 
     bool records_view() const { return !view_folder_.empty(); }
+    bool records_head() const { return records_head_; }
     /// One refresh; does nothing unless it is being recorded. A picture that cannot be written ends the recording.
     void add_view(ImageView<const std::uint8_t> rgb);
     /// `time_s` is the source's: play and render put the head there again. While it stands still or goes back nothing

@@ -1,17 +1,22 @@
 #include "viewer.h"
 
-#define GLFW_INCLUDE_NONE
-#include <GLFW/glfw3.h>
+#include "display_loop.h"
+#include "truth.h"
 
-#include <client/pipeline/decisions.h>
+#include <client/transport/address.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <exception>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 
 namespace equistream {
 
@@ -36,47 +41,27 @@ void hear_signals() {
             std::signal(number, SIG_IGN);
 }
 
-bool goes_on_by_repeats(Action action) {
-    constexpr std::array repeated = {Action::frame_back, Action::frame_on,    Action::second_back, Action::second_on,
-                                     Action::split_left, Action::split_right, Action::darker,      Action::brighter};
-    return std::ranges::find(repeated, action) != repeated.end();
-}
-
-/// Of what the viewer may come to show: the depth of frames is of use to all engines but those that never move.
-PipelineChoice widest_choice(const ViewerSettings& settings) {
-    return {.engine = settings.scene ? "eye-depth" : settings.finding_engine,
-            .depth = settings.scene ? "gl" : "stream",
-            .fill = settings.fill_chain,
-            .mirrors = settings.mirrors != MirrorTreatment::surface};
+/// The truth's, where it is to be seen beside what is drawn.
+gl::Size first_size(const ViewerSettings& settings) {
+    if (settings.size || settings.truth.empty())
+        return settings.size.value_or(default_window_size);
+    const PerspectiveCamera camera = Truth(settings.truth).camera();
+    return {camera.width, camera.height};
 }
 
 }  // namespace
 
-Viewer::Viewer(const ViewerSettings& settings)
-    : pictures_(settings.upload == PictureUpload::copied ? nullptr : std::make_shared<gl::PictureBuffers>()),
-      loader_(settings.source, {.depth = true,
-                                .hardware = settings.hardware,
-                                .memory = pictures_,
-                                .yuv = true,
-                                .pq = true,
-                                .hdr_display = settings.hdr_display,
-                                .specular = settings.mirrors != MirrorTreatment::surface,
-                                .left_out = [unused = unneeded_roles(widest_choice(settings))] { return unused; },
-                                .poses = &poses_}) {
-    if (!settings.truth.empty())
-        truth_.emplace(settings.truth);
-    const gl::Size size = truth_ ? gl::Size{truth_->camera().width, truth_->camera().height} : default_window_size;
-    window_ = Window::open("equistream: " + settings.source, settings.size.value_or(size));
+Viewer::Viewer(const ViewerSettings& settings) : settings_(settings), kept_(settings.kept) {
+    const std::string title = "equistream: " + without_secrets(settings.source);
+    const std::optional<DesktopPlace>& place = kept_.window;
+    if (place && !settings.size && settings.truth.empty())
+        window_ = Window::open(title, {place->width, place->height}, place);
+    else
+        window_ = Window::open(title, first_size(settings));
     observe();
-    presenter_ = std::make_unique<Presenter>(settings, truth_ ? &*truth_ : nullptr, loader_, poses_, box_, *window_);
-    // Until somebody reads there, the buffers stay empty and decoders keep to memory of their own.
-    if (settings.upload == PictureUpload::mapped || !gl::Context::driver().is_software())
-        presenter_->read_in_place(pictures_);
 }
 
-Viewer::~Viewer() {
-    window_->make_current();  // for what is mapped, when nobody reads the source any more
-}
+Viewer::~Viewer() = default;
 
 ViewerReport Viewer::run() {
     ViewerReport report;
@@ -86,13 +71,12 @@ ViewerReport Viewer::run() {
     std::thread display([&] {
         try {
             window_->make_current();
-            presenter_->run();
-            report = presenter_->report();
-            report.mapped_bytes = pictures_ ? pictures_->bytes() : 0;
+            DisplayLoop loop(settings_, box_, *window_);
+            loop.run();
+            report = loop.report();
         } catch (...) {
             failure = std::current_exception();
         }
-        presenter_.reset();
         window_->release();
         box_.end();
         window_->wake();
@@ -100,13 +84,38 @@ ViewerReport Viewer::run() {
     while (!box_.is_over()) {
         window_->wait(longest_wait_s);
         observe();
-        if (box_.take_fullscreen_toggle())
-            window_->toggle_fullscreen();
+        do_what_is_asked();
     }
     display.join();
     if (failure)
         std::rethrow_exception(failure);
+    do_what_is_asked();
+    write_kept();
     return report;
+}
+
+void Viewer::do_what_is_asked() {
+    if (box_.take_fullscreen_toggle())
+        window_->toggle_fullscreen();
+    if (const auto title = box_.take_title())
+        window_->set_title(*title);
+    if (auto kept = box_.take_kept()) {
+        kept_ = std::move(*kept);
+        write_kept();
+    }
+}
+
+/// What cannot be written is said once.
+void Viewer::write_kept() {
+    if (settings_.kept_in.empty() || !may_write_)
+        return;
+    try {
+        kept_.window = window_->place();
+        write_kept_settings(settings_.kept_in, kept_);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "settings are not kept: %s\n", error.what());
+        may_write_ = false;
+    }
 }
 
 HeldActions Viewer::held() const {
@@ -122,30 +131,26 @@ HeldActions Viewer::held() const {
 
 /// Tells the displaying thread what happened, if anything did.
 void Viewer::observe() {
-    const Inputs inputs = window_->take_inputs();
-    seen_.samples.clear();
-    seen_.pressed.clear();
+    Inputs inputs = window_->take_inputs();
     std::erase_if(chords_, [this](int key) { return !window_->is_down(key); });
-    for (const KeyPress& press : inputs.pressed)
-        if (press.modifiers != 0 && !press.repeated)
-            chords_.push_back(press.key);
-    for (const KeyPress& press : inputs.pressed)
-        if (const KeyBinding* binding = binding_of(press.key, press.modifiers);
-            binding != nullptr && !is_held(binding->action) && (!press.repeated || goes_on_by_repeats(binding->action)))
-            seen_.pressed.push_back(binding->action);
-    const bool steers = held_ != held() || !(sticks_ == window_->sticks()) || inputs.drag_x != 0 || inputs.drag_y != 0;
+    for (const InputEvent& event : inputs.events)
+        if (const auto* key = std::get_if<KeyEvent>(&event);
+            key != nullptr && key->is_down && key->modifiers != 0 && !key->is_repeated)
+            chords_.push_back(key->key);
+    const bool steers = held_ != held() || !(sticks_ == window_->sticks()) || inputs.is_dragged;
     held_ = held();
     sticks_ = window_->sticks();
+    seen_.events = std::move(inputs.events);
     if (steers)
-        seen_.samples.push_back({loader_.now_s(), held_, sticks_, inputs.drag_x, inputs.drag_y});
+        seen_.events.push_back(SteeringEvent{Clock::now(), held_, sticks_});
     const gl::Size size = window_->size();
     const bool resized = !(std::exchange(size_, size) == size);
-    seen_.scroll = inputs.scroll;
-    seen_.click_x = inputs.click_x;
+    const double scale = window_->scale();
+    const bool rescaled = std::exchange(scale_, scale) != scale;
     seen_.window = size;
+    seen_.scale = scale;
     seen_.is_closed = window_->should_close() || told_to_end;
-    seen_.any = steers || resized || inputs.is_damaged || !seen_.pressed.empty() || inputs.scroll != 0 ||
-                inputs.click_x >= 0 || seen_.is_closed;
+    seen_.any = resized || rescaled || inputs.is_damaged || !seen_.events.empty() || seen_.is_closed;
     if (seen_.any)
         box_.put(seen_);
 }

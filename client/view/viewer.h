@@ -1,43 +1,40 @@
 #pragma once
 /// The viewer: the window and what happens to it in the main thread; what it shows in a thread of its own.
 #include "input_box.h"
-#include "presenter.h"
-#include "truth.h"
+#include "viewer_settings.h"
 #include "window.h"
 
-#include <client/playback/frame_loader.h>
-
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace equistream {
 
 class Viewer {
 public:
-    /// Opens the source first and then a window. Throws InputError for either. In the main thread, as run() is.
+    /// Opens a window. Throws InputError where that cannot be. In the main thread, as run() is.
     explicit Viewer(const ViewerSettings& settings);
     ~Viewer();
 
-    /// Until the window is closed.
+    /// Opens the source, and goes on until the window is closed. Throws what opening it threw.
     ViewerReport run();
 
 private:
     void observe();
+    void do_what_is_asked();
+    void write_kept();
     HeldActions held() const;
 
-    std::optional<Truth> truth_;
-    PoseSender poses_;
+    ViewerSettings settings_;
+    KeptSettings kept_;  ///< as they are to be written
+    bool may_write_ = true;
     std::unique_ptr<Window> window_;
-    std::shared_ptr<gl::PictureBuffers> pictures_;  ///< in the window's context; null: pictures are copied
-    FrameLoader loader_;                            ///< writes into them
     InputBox box_;
-    std::unique_ptr<Presenter> presenter_;
-    TakenInputs seen_;         ///< memory for observe()
+    WindowInputs seen_;        ///< memory for observe()
     std::vector<int> chords_;  ///< keys that are down since they were pressed with another: not held for themselves
-    HeldActions held_;         ///< these three as they were told last
+    HeldActions held_;         ///< these four as they were told last
     Sticks sticks_;
     gl::Size size_;
+    double scale_ = 0;
 };
 
 }  // namespace equistream

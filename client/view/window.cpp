@@ -8,6 +8,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -23,55 +24,86 @@ std::string last_error() {
     return glfwGetError(&text) == GLFW_NO_ERROR || text == nullptr ? "no reason given" : text;
 }
 
-/// Events are handled in their order, so that a drag counts that began and ended within one refresh.
+/// Events are kept in their order, so that a drag counts that began and ended within one refresh.
 struct Pointed {
     Inputs inputs;
-    double x = 0, y = 0;
-    bool dragging = false;
+    bool is_left_down = false;
 };
 
-Pointed* pointed_of(GLFWwindow* window) {
-    return static_cast<Pointed*>(glfwGetWindowUserPointer(window));
+Pointed& pointed_of(GLFWwindow* window) {
+    return *static_cast<Pointed*>(glfwGetWindowUserPointer(window));
 }
 
-Inputs* inputs_of(GLFWwindow* window) {
-    return &pointed_of(window)->inputs;
+void add(GLFWwindow* window, InputEvent event) {
+    pointed_of(window).inputs.events.push_back(std::move(event));
+}
+
+/// From the window's own units to pixels of its framebuffer.
+PointerEvent pointer_at(GLFWwindow* window, double x, double y) {
+    int width = 0, height = 0;
+    gl::Size size;
+    glfwGetWindowSize(window, &width, &height);
+    glfwGetFramebufferSize(window, &size.width, &size.height);
+    return {float(x * size.width / std::max(1, width)), float(y * size.height / std::max(1, height))};
 }
 
 void on_cursor(GLFWwindow* window, double x, double y) {
-    Pointed& pointed = *pointed_of(window);
-    if (pointed.dragging) {
-        pointed.inputs.drag_x += x - pointed.x;
-        pointed.inputs.drag_y += y - pointed.y;
-    }
-    pointed.x = x;
-    pointed.y = y;
+    Pointed& pointed = pointed_of(window);
+    pointed.inputs.is_dragged = pointed.inputs.is_dragged || pointed.is_left_down;
+    add(window, pointer_at(window, x, y));
 }
 
 void on_key(GLFWwindow* window, int key, int, int action, int modifiers) {
-    if (action != GLFW_RELEASE && key != GLFW_KEY_UNKNOWN)
-        inputs_of(window)->pressed.push_back(
-            {key, modifiers & (GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT), action == GLFW_REPEAT});
+    if (key == GLFW_KEY_UNKNOWN)
+        return;
+    modifiers &= GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
+    add(window, KeyEvent{key, modifiers, action != GLFW_RELEASE, action == GLFW_REPEAT});
+    if (key == GLFW_KEY_V && modifiers == GLFW_MOD_CONTROL && action != GLFW_RELEASE)
+        if (const char* text = glfwGetClipboardString(window); text != nullptr)
+            add(window, TextEvent{text});
+}
+
+void on_text(GLFWwindow* window, unsigned code) {
+    // A code point in UTF-8.
+    std::string text;
+    const auto append = [&text](unsigned byte) { text += char(static_cast<unsigned char>(byte)); };
+    if (code < 0x80) {
+        append(code);
+    } else if (code < 0x800) {
+        append(0xc0 | code >> 6);
+    } else if (code < 0x10000) {
+        append(0xe0 | code >> 12);
+        append(0x80 | (code >> 6 & 0x3f));
+    } else {
+        append(0xf0 | code >> 18);
+        append(0x80 | (code >> 12 & 0x3f));
+        append(0x80 | (code >> 6 & 0x3f));
+    }
+    if (code >= 0x80)
+        append(0x80 | (code & 0x3f));
+    add(window, TextEvent{text});
 }
 
 void on_scroll(GLFWwindow* window, double, double y) {
-    inputs_of(window)->scroll += y;
+    add(window, WheelEvent{y});
 }
 
 void on_button(GLFWwindow* window, int button, int action, int) {
     if (button == GLFW_MOUSE_BUTTON_LEFT)
-        pointed_of(window)->dragging = action == GLFW_PRESS;
-    if (button != GLFW_MOUSE_BUTTON_RIGHT || action != GLFW_PRESS)
-        return;
+        pointed_of(window).is_left_down = action == GLFW_PRESS;
     double x = 0, y = 0;
-    int width = 0, height = 0;
     glfwGetCursorPos(window, &x, &y);
-    glfwGetWindowSize(window, &width, &height);
-    inputs_of(window)->click_x = width > 0 ? x / width : -1;
+    add(window, pointer_at(window, x, y));
+    add(window, ButtonEvent{button, action == GLFW_PRESS});
+}
+
+void on_drop(GLFWwindow* window, int count, const char** paths) {
+    if (count > 0)
+        add(window, DropEvent{paths[0]});
 }
 
 void on_damage(GLFWwindow* window) {
-    inputs_of(window)->is_damaged = true;
+    pointed_of(window).inputs.is_damaged = true;
 }
 
 double beyond_dead_zone(float x) {
@@ -81,9 +113,30 @@ double beyond_dead_zone(float x) {
 
 }  // namespace
 
+namespace {
+
+/// Whether enough of it would be on a display to be seen and taken hold of.
+bool can_be_seen(const DesktopPlace& place) {
+    constexpr int least_px = 64;
+    int count = 0;
+    GLFWmonitor** monitors = glfwGetMonitors(&count);
+    for (int i = 0; i < count; ++i) {
+        int left = 0, top = 0, width = 0, height = 0;
+        glfwGetMonitorWorkarea(monitors[i], &left, &top, &width, &height);
+        const int columns = std::min(left + width, place.left + place.width) - std::max(left, place.left);
+        const int rows = std::min(top + height, place.top + place.height) - std::max(top, place.top);
+        if (columns >= std::min(least_px, place.width) && rows >= std::min(least_px, place.height))
+            return true;
+    }
+    return false;
+}
+
+}  // namespace
+
 struct Window::Pointer : Pointed {};
 
-std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size) {
+std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size,
+                                     const std::optional<DesktopPlace>& place) {
     if (glfwInit() != GLFW_TRUE)
         throw InputError(
             expected_found("view", "a display to open a window on (DISPLAY or WAYLAND_DISPLAY)", last_error()));
@@ -97,6 +150,8 @@ std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size) {
         glfwTerminate();
         throw InputError(expected_found("view", "OpenGL 4.5 on this display", reason));
     }
+    if (place && can_be_seen(*place))
+        glfwSetWindowPos(window, place->left, place->top);
     std::unique_ptr<Window> opened(new Window(window));
     if (const std::string missing = gl::missing_requirement(); !missing.empty())
         throw InputError(expected_found("view", "OpenGL 4.5 with " + missing, gl::Context::driver().renderer));
@@ -106,13 +161,14 @@ std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size) {
 Window::Window(GLFWwindow* window) : window_(window), pointer_(std::make_unique<Pointer>()) {
     glfwSetWindowUserPointer(window_, static_cast<Pointed*>(pointer_.get()));
     glfwSetKeyCallback(window_, on_key);
+    glfwSetCharCallback(window_, on_text);
+    glfwSetDropCallback(window_, on_drop);
     glfwSetCursorPosCallback(window_, on_cursor);
     glfwSetScrollCallback(window_, on_scroll);
     glfwSetMouseButtonCallback(window_, on_button);
     glfwSetWindowRefreshCallback(window_, on_damage);
     make_current();
     glfwSwapInterval(1);
-    glfwGetCursorPos(window_, &pointer_->x, &pointer_->y);
     GLFWmonitor* monitor = glfwGetPrimaryMonitor();
     if (const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
         mode != nullptr && mode->refreshRate > 0)
@@ -167,17 +223,35 @@ gl::Size Window::size() const {
     return glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_TRUE ? gl::Size{} : size;
 }
 
+double Window::scale() const {
+    float across = 1, down = 1;
+    glfwGetWindowContentScale(window_, &across, &down);
+    return double(std::max(across, down));
+}
+
+DesktopPlace Window::place() const {
+    if (glfwGetWindowMonitor(window_) != nullptr)
+        return place_;
+    DesktopPlace place;
+    glfwGetWindowPos(window_, &place.left, &place.top);
+    glfwGetWindowSize(window_, &place.width, &place.height);
+    return place;
+}
+
+void Window::set_title(const std::string& title) {
+    glfwSetWindowTitle(window_, title.c_str());
+}
+
 void Window::toggle_fullscreen() {
     if (glfwGetWindowMonitor(window_) != nullptr) {
-        glfwSetWindowMonitor(window_, nullptr, left_, top_, width_, height_, GLFW_DONT_CARE);
+        glfwSetWindowMonitor(window_, nullptr, place_.left, place_.top, place_.width, place_.height, GLFW_DONT_CARE);
         return;
     }
     GLFWmonitor* monitor = glfwGetPrimaryMonitor();
     const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
     if (mode == nullptr)
         return;
-    glfwGetWindowPos(window_, &left_, &top_);
-    glfwGetWindowSize(window_, &width_, &height_);
+    place_ = place();
     glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 

@@ -7,6 +7,7 @@
 #include <client/gpu/objects.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,24 +15,20 @@ struct GLFWwindow;
 
 namespace equistream {
 
-/// What happened since the last poll, in its order. Keys, modifiers and buttons are GLFW's.
-struct KeyPress {
-    int key = 0, modifiers = 0;
-    bool repeated = false;
-};
+/// What happened since the last poll, in its order; no steering.
 struct Inputs {
-    std::vector<KeyPress> pressed;
-    double drag_x = 0, drag_y = 0;  ///< of the mouse with its left button down, in window pixels
-    double scroll = 0;              ///< steps; up is positive
-    double click_x = -1;            ///< 0 to 1 along the window where a right button went down; else negative
-    bool is_damaged = false;        ///< what it showed has to be shown again
+    std::vector<InputEvent> events;
+    bool is_dragged = false;  ///< the pointer moved with its left button down
+    bool is_damaged = false;  ///< what it showed has to be shown again
 };
 
 class Window : public gl::Context {
 public:
     /// Current when it returns. Throws InputError in one line where there is no display, or no OpenGL 4.5 with what is
     /// drawn with on it.
-    static std::unique_ptr<Window> open(const std::string& title, gl::Size size);
+    /// `place`: where it was; nothing: wherever, of this size.
+    static std::unique_ptr<Window> open(const std::string& title, gl::Size size,
+                                        const std::optional<DesktopPlace>& place = {});
     ~Window() override;
 
     // Any thread, one at a time.
@@ -54,6 +51,11 @@ public:
     bool should_close() const;
     /// Of the framebuffer, in pixels; 0 where it is minimised.
     gl::Size size() const;
+    /// Of the display that it is on: 1 at 96 dots per inch.
+    double scale() const;
+    /// Where it is, or was before it went full screen.
+    DesktopPlace place() const;
+    void set_title(const std::string& title);
     void toggle_fullscreen();
 
 private:
@@ -64,7 +66,7 @@ private:
     GLFWwindow* window_;
     std::unique_ptr<Pointer> pointer_;
     double refresh_hz_ = 60;
-    int left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< before it went full screen
+    DesktopPlace place_;  ///< before it went full screen
 };
 
 }  // namespace equistream

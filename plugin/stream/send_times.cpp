@@ -44,6 +44,19 @@ std::vector<Placed> read_packets(AVFormatContext& format) {
     return packets;
 }
 
+/// From the first to the last picture of one track: in an mp4 they begin at times of their own.
+double longest_track_s(const std::vector<Placed>& packets) {
+    std::map<int, std::pair<double, double>> ends_s;
+    double longest_s = 0;
+    for (const Placed& packet : packets) {
+        auto& [first_s, last_s] = ends_s.try_emplace(packet.stream, packet.time_s, packet.time_s).first->second;
+        first_s = std::min(first_s, packet.time_s);
+        last_s = std::max(last_s, packet.time_s);
+        longest_s = std::max(longest_s, last_s - first_s);
+    }
+    return longest_s;
+}
+
 std::vector<DuePacket> due_as_decoded(std::vector<Placed> packets) {
     std::map<int, double> first_s;  // of each track: in an mp4 they begin at times of their own
     for (const Placed& packet : packets) {
@@ -67,8 +80,9 @@ std::vector<DuePacket> due_as_decoded(std::vector<Placed> packets) {
 
 }  // namespace
 
-SendTimes read_send_times(const std::string& file) {
-    const StreamReadOptions options;
+SendTimes read_send_times(const std::string& file, const std::function<bool()>& interrupted) {
+    StreamReadOptions options;
+    options.interrupted = interrupted;
     const Source format(file, options);
     std::vector<Placed> packets = read_packets(*format.get());
     if (packets.empty())
@@ -80,6 +94,7 @@ SendTimes read_send_times(const std::string& file) {
     SendTimes times;
     times.is_matroska = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
     times.duration_s = std::min(last_s - first_s, latest_time_s) + frame_duration_s(*format.get());
+    times.longest_track_s = std::min(longest_track_s(packets), latest_time_s) + frame_duration_s(*format.get());
     // From the back: no byte is due later than one behind it.
     double due_s = latest_time_s;
     std::int64_t end = std::int64_t(std::filesystem::file_size(file));

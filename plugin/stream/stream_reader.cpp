@@ -312,6 +312,13 @@ std::int64_t StreamReader::position() const {
     return file == nullptr ? 0 : std::max<std::int64_t>(0, avio_tell(const_cast<AVIOContext*>(file)));
 }
 
+std::optional<double> StreamReader::seconds() const {
+    const std::int64_t duration = state_->format->duration;
+    const bool is_guessed = state_->format->duration_estimation_method == AVFMT_DURATION_FROM_BITRATE;
+    return state_->is_live || is_guessed || duration <= 0 ? std::nullopt
+                                                          : std::optional(double(duration) / AV_TIME_BASE);
+}
+
 bool StreamReader::is_live() const {
     return state_->is_live;
 }

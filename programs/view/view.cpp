@@ -1,10 +1,10 @@
 /// `equistream view`: a stream in a window, seen from wherever the viewer's head is.
+#include <client/stages/stages.h>
 #include <client/view/viewer.h>
 #include <client/view/xr/headset.h>
 #include <programs/cli/hdr_options.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
-#include <programs/cli/stage_names.h>
 
 #include <equistream/error.h>
 #include <equistream/json_text.h>
@@ -14,9 +14,11 @@
 
 #include <array>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace {
@@ -28,10 +30,11 @@ struct Arguments {
     ViewerSettings settings;
     HdrOptions hdr;
     std::filesystem::path scene, model;
-    std::string size, layout = "left", anaglyph, overlay = "none", method, fill = "on", loop = "on", mirrors = "images",
-                      decode = "auto", upload = "auto", predict = "auto";
+    std::string size, decode = "auto", upload = "auto", predict = "auto";
+    std::map<std::string_view, std::string> words;  ///< of shown_settings(), by their names
+    std::map<std::string_view, bool> flags;         ///< the same
     double fov_deg = default_view_fov_deg;
-    bool keys = false, json = false;
+    bool keys = false, json = false, no_config = false;
 };
 
 template <typename Value, typename Words>
@@ -39,7 +42,7 @@ Value parse_word(const char* option, const std::string& word, const Words& words
     return cli::parse_word<Value>(option, word, words, ", ");
 }
 
-constexpr std::array switches = {"off", "on"}, decoders = {"software", "auto"};
+constexpr std::array decoders = {"software", "auto"};
 /// As PictureUpload has them.
 constexpr std::array uploads = {"auto", "mapped", "copied"};
 
@@ -57,46 +60,56 @@ std::optional<double> parse_prediction(const std::string& text) {
     return 1e-3 * *ms;
 }
 
+void note(const std::string& words) {
+    std::fprintf(stderr, "equistream view: note: %s\n", words.c_str());
+}
+
 /// As play: unless told otherwise by the eye's own depth where geometry gives it, else by the stream's.
-void choose_method(Arguments& arguments, const cli::CommandLine& app) {
-    ViewerSettings& settings = arguments.settings;
+void require_depth_for_method(const Arguments& arguments, const cli::CommandLine& app) {
     if (!app.is_given("--method"))
         return;
-    const EngineStage& engine = find_engine(arguments.method);
-    const std::string method = current_name("view", "--method", engine, arguments.method);
-    cli::require(engine.on_gpu, "--method " + method, "an engine that the viewer has", "one of play alone");
+    const EngineStage& engine = find_engine(arguments.words.at("method"));
+    const std::string method(engine.name);
     const std::string geometry = app.is_given("--scene")   ? "--scene " + arguments.scene.string()
                                  : app.is_given("--model") ? "--model " + arguments.model.string()
                                                            : "";
-    cli::require(!engine.finds_depth || geometry.empty(), "--method " + method,
+    cli::require(!engine.on_gpu || !engine.finds_depth || geometry.empty(), "--method " + method,
                  "the stream alone (depth of geometry goes by --method eye-depth)", geometry);
     cli::require(!engine.needs.eye || !geometry.empty(), "--method " + method,
                  "--scene S or --model M, for the eyes' own depth (mesh and splat need none)", "neither");
-    settings.by_depth = engine.finds_depth || engine.needs.any();
-    if (engine.finds_depth)
-        settings.finding_engine = method;
+}
+
+/// What was kept, unless the command line says otherwise.
+void choose_what_is_shown(Arguments& arguments, const cli::CommandLine& app) {
+    ViewerSettings& settings = arguments.settings;
+    settings.kept_in = arguments.no_config ? std::filesystem::path() : kept_settings_file();
+    if (!settings.kept_in.empty()) {
+        ReadSettings read = read_kept_settings(settings.kept_in);
+        if (!read.note.empty())
+            note(read.note);
+        settings.kept = std::move(read.kept);
+        settings.kept.apply_to(settings.shown);
+    }
+    settings.shown.by_geometry = app.is_given("--scene") || app.is_given("--model");
+    require_depth_for_method(arguments, app);
+    for (const ShownSetting& setting : shown_settings()) {
+        if (setting.option == SettingOption::none || !app.is_given("--" + std::string(setting.name)))
+            continue;
+        const bool is_word = setting.option == SettingOption::word;
+        for (const std::string& words : setting.set(settings.shown, is_word ? arguments.words.at(setting.name) : "on"))
+            note(words);
+    }
+    settings.hdr_display = arguments.hdr.display();
+    if (settings.hdr_display)
+        settings.shown.exposure_stops = settings.hdr_display->settings().exposure_stops;
 }
 
 void complete(Arguments& arguments, const cli::CommandLine& app) {
     ViewerSettings& settings = arguments.settings;
-    settings.layout = parse_word<gl::DisplayLayout>("--layout", arguments.layout, gl::display_layout_names);
-    settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
-    choose_method(arguments, app);
-    settings.mirrors = find_mirror_treatment(arguments.mirrors);
-    settings.fill = arguments.fill != "off";
-    std::vector<std::string> notes;
-    if (arguments.fill != "on" && arguments.fill != "off")
-        settings.fill_chain = gl::with_passes_of_gpu(arguments.fill, notes);
-    parse_fills(settings.fill_chain);  // says which words are accepted
-    for (const std::string& note : notes)
-        std::fprintf(stderr, "equistream view: note: %s\n", note.c_str());
-    settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
+    choose_what_is_shown(arguments, app);
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
     settings.upload = parse_word<PictureUpload>("--upload", arguments.upload, uploads);
-    settings.hdr_display = arguments.hdr.display();
     settings.predict_s = parse_prediction(arguments.predict);
-    if (app.is_given("--anaglyph"))
-        settings.anaglyph = &find_anaglyph(arguments.anaglyph);
     if (app.is_given("--size")) {
         const cli::Size size = cli::parse_size(arguments.size);
         settings.size = {size.width, size.height};
@@ -134,6 +147,9 @@ nlohmann::ordered_json json_of(const ViewerReport& report, const std::string& co
     json["stages_ms"] = nullptr;
     for (std::size_t stage = 0; report.stages_ms && stage < report.stages_ms->size(); ++stage)
         json["stages_ms"][std::string(gl::render_stage_names[stage])] = (*report.stages_ms)[stage];
+    for (const Fact& fact : report.facts)
+        json["panel"][std::string(panel_section_names[std::size_t(fact.section)])][std::string(fact.label)] =
+            fact.value;
     return json;
 }
 
@@ -152,6 +168,23 @@ void run(Arguments& arguments, const cli::CommandLine& app) {
         std::printf("%s\n", json_text(json_of(report, arguments.command), 2).c_str());
 }
 
+void add_shown_settings(cli::CommandLine& app, Arguments& arguments) {
+    for (const ShownSetting& setting : shown_settings()) {
+        const std::string option = "--" + std::string(setting.name);
+        if (setting.option == SettingOption::flag)
+            app.add_flag(option, arguments.flags[setting.name], setting.help);
+        if (setting.option != SettingOption::word)
+            continue;
+        std::string& word = arguments.words[setting.name];
+        word = setting.has_default ? setting.value({}) : "";
+        cli::Option added = app.add_option(option, word, setting.help);
+        if (setting.has_default)
+            added = added.with_default();
+        if (setting.parts.empty())
+            added.offers(setting.words);
+    }
+}
+
 std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
     auto arguments = std::make_shared<Arguments>();
     arguments->command = command;
@@ -161,29 +194,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::Option scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         .excludes(scene);
-    std::vector<std::string_view> methods;
-    for (const EngineStage& engine : engine_stages())
-        if (engine.on_gpu)
-            methods.push_back(engine.name);
-    app.add_option("--method", arguments->method,
-                   described(engine_stages(), true) +
-                       "; default: eye-depth with --scene or --model, else mesh where the stream has depth, else "
-                       "rotation")
-        .offers(methods);
-    cli::add_with_default(app, "--layout", arguments->layout, "Which eyes the window shows, and how")
-        .offers(gl::display_layout_names);
-    app.add_option("--anaglyph", arguments->anaglyph, "Colours for red and cyan glasses (default: dubois)")
-        .offers(anaglyphs());
-    cli::add_with_default(app, "--overlay", arguments->overlay, "What is laid over the picture")
-        .offers(gl::overlay_names);
-    cli::add_with_default(
-        app, "--mirrors", arguments->mirrors,
-        "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps or surface "
-        "(as if painted on it)")
-        .offers(mirror_treatment_names());
-    cli::add_with_default(app, "--fill", arguments->fill,
-                          "Passes that fill gaps, in order, of " + described(fill_stages(), true) +
-                              "; on: " + default_fill + "; off: gaps stay black");
+    add_shown_settings(app, *arguments);
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     cli::add_with_default(app, "--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees");
     app.add_option(
@@ -192,8 +203,6 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .existing_folder();
     app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: what the frames are tagged with");
     arguments->hdr.add_to(app);
-    cli::add_with_default(app, "--loop", arguments->loop, "on: starts again at the end; off: stays there")
-        .offers(switches);
     cli::add_with_default(app, "--decode", arguments->decode, "auto: by hardware where there is some").offers(decoders);
     cli::add_with_default(
         app, "--upload", arguments->upload,
@@ -211,9 +220,11 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                  "Show it in a headset by OpenXR (the system's active runtime, or XR_RUNTIME_JSON); the window shows "
                  "what its left eye sees");
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
-    app.add_flag("--times", settings.times, "Show frame times by stage (t)");
     cli::add_with_default(app, "--seconds", settings.seconds, "End by itself after so long; 0: never");
     cli::add_with_default(app, "--out", settings.out, "Folder for pictures, recordings and paths");
+    app.add_flag("--no-config", arguments->no_config,
+                 "Neither read nor write what is kept from one run to the next, in "
+                 "$XDG_CONFIG_HOME/equistream/view.json or ~/.config");
     cli::add_json_flag(app, arguments->json);
     app.add_flag("--keys", arguments->keys, "Print what each key does, and end");
     return [arguments, &app] { run(*arguments, app); };

@@ -27,10 +27,27 @@ void define(std::vector<std::string>& all, const char* kind, std::span<const std
         all.push_back(formatted("%s_%.*s %zu", kind, int(names[i].size()), names[i].data(), i));
 }
 
+std::string in_glsl(const OverlayColour& colour) {
+    return formatted("vec3(%.9g, %.9g, %.9g)", double(colour.red), double(colour.green), double(colour.blue));
+}
+
+void define_colours(std::vector<std::string>& all) {
+    constexpr std::array depth_names = {"DEPTH_FAR", "DEPTH_MIDDLE", "DEPTH_NEAR"};
+    for (std::size_t i = 0; i < depth_names.size(); ++i)
+        all.push_back(std::string(depth_names[i]) + " " + in_glsl(depth_colours[i]));
+    all.push_back(formatted("HALF_DEPTH %.9g", double(half_depth_m)));
+    std::string origins;
+    for (const OverlayColour& colour : origin_colours)
+        origins += (origins.empty() ? "" : ", ") + in_glsl(colour);
+    all.push_back(formatted("ORIGIN_COLOURS vec3[%zu](%s)", origin_colours.size(), origins.c_str()));
+    all.push_back("UNRELIABLE " + in_glsl(unreliable_colour));
+}
+
 Program make_program(std::string_view fragments, Shown shown = Shown::eye, Overlay overlay = Overlay::none) {
     std::vector<std::string> all;
     define(all, "SHOWN", shown_names);
     define(all, "OVERLAY", overlay_names);
+    define_colours(all);
     all.push_back(formatted("SHOWN %d", int(shown)));
     all.push_back(formatted("OVERLAY %d", int(overlay)));
     all.push_back(formatted("FULL_MOTION %.9g", full_motion_deg_per_s * pi / 180));
@@ -69,6 +86,16 @@ int eyes_of(DisplayLayout layout) {
 
 Size eye_size(DisplayLayout layout, Size window) {
     return {std::max(1, row_of(layout).has_halves ? window.width / 2 : window.width), std::max(1, window.height)};
+}
+
+std::optional<ShownPixel> shown_pixel(DisplayLayout layout, Size window, int x, int y) {
+    const LayoutRow& row = row_of(layout);
+    if (row.shown == Shown::lens || row.shown == Shown::sphere || x < 0 || y < 0 || x >= window.width ||
+        y >= window.height)
+        return std::nullopt;
+    const int middle = row.has_halves ? window.width / 2 : window.width, eye = x < middle ? 0 : 1;
+    const Size size = eye_size(layout, window);
+    return ShownPixel{eye, std::min(x - eye * middle, size.width - 1), std::min(y, size.height - 1)};
 }
 
 Display::Display()

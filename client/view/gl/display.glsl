@@ -34,15 +34,12 @@ vec3 to_display(vec3 linear) {
 vec3 depth_colour(float inverse_m) {
     if (isnan(inverse_m) || inverse_m <= 0.0)
         return vec3(0.05, 0.05, 0.1);
-    float near = clamp(1.0 / (1.0 + 0.25 / inverse_m), 0.0, 1.0);
-    return mix(mix(vec3(0.1, 0.2, 0.6), vec3(0.1, 0.8, 0.5), clamp(2.0 * near, 0.0, 1.0)), vec3(1.0, 0.75, 0.1),
-               clamp(2.0 * near - 1.0, 0.0, 1.0));
+    float near = clamp(1.0 / (1.0 + 1.0 / HALF_DEPTH / inverse_m), 0.0, 1.0);
+    return mix(mix(DEPTH_FAR, DEPTH_MIDDLE, clamp(2.0 * near, 0.0, 1.0)), DEPTH_NEAR, clamp(2.0 * near - 1.0, 0.0, 1.0));
 }
 
 /// Who coloured a pixel, in the order of PixelOrigin.
-const vec3 origin_colours[10] =
-    vec3[10](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
-             vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9), vec3(0.5, 0.6, 0.7));
+const vec3 origin_colours[] = ORIGIN_COLOURS;
 
 vec3 eye_at(ivec2 at, int layer) {
     at = clamp(at, ivec2(0), eye_size - 1);
@@ -51,9 +48,9 @@ vec3 eye_at(ivec2 at, int layer) {
     return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(overlaid, ivec3(at, layer), 0).x) : 0.3 * seen;
 #elif OVERLAY == OVERLAY_gaps
     uint origin = texelFetch(origins, ivec3(at, layer), 0).x;
-    return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 9u)], 0.7);
+    return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, uint(origin_colours.length() - 1))], 0.7);
 #elif OVERLAY == OVERLAY_reliability
-    return mix(vec3(1.0, 0.1, 0.1), seen, texelFetch(overlaid, ivec3(at, layer), 0).x);
+    return mix(UNRELIABLE, seen, texelFetch(overlaid, ivec3(at, layer), 0).x);
 #elif OVERLAY == OVERLAY_motion
     vec3 moves = has_motion != 0 ? texelFetch(overlaid, ivec3(at, layer), 0).xyz : vec3(0.0);
     vec3 grey = vec3(0.35 * dot(seen, vec3(0.2126, 0.7152, 0.0722)));

@@ -9,6 +9,7 @@
 #include <client/view/stereo_layout.h>
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -20,6 +21,32 @@ inline constexpr std::array<std::string_view, 6> display_layout_names = {"left",
 
 enum class Overlay { none, depth, gaps, reliability, motion };
 inline constexpr std::array<std::string_view, 5> overlay_names = {"none", "depth", "gaps", "reliability", "motion"};
+
+struct OverlayColour {
+    float red, green, blue;
+};
+/// The overlay of depth: a place on a line from far (0) over the middle (0.5) to near (1), of half_depth_m / (that +
+/// z).
+inline constexpr std::array<OverlayColour, 3> depth_colours = {
+    {{0.1f, 0.2f, 0.6f}, {0.1f, 0.8f, 0.5f}, {1, 0.75f, 0.1f}}};
+inline constexpr float half_depth_m = 4;
+/// The overlay of gaps: who coloured a pixel, by PixelOrigin; what the main picture shows is darkened.
+inline constexpr std::array<OverlayColour, pixel_origin_count> origin_colours = {{{1, 0, 0},
+                                                                                  {0, 0, 0},
+                                                                                  {1, 0.6f, 0},
+                                                                                  {0.9f, 0.2f, 0.9f},
+                                                                                  {0.2f, 0.5f, 1},
+                                                                                  {0.1f, 0.9f, 0.3f},
+                                                                                  {0, 0.9f, 0.9f},
+                                                                                  {1, 1, 0.2f},
+                                                                                  {0.9f, 0.2f, 0.9f},
+                                                                                  {0.5f, 0.6f, 0.7f}}};
+/// The same in words.
+inline constexpr std::array<std::string_view, pixel_origin_count> origin_words = {
+    "still a gap", "the main picture", "the small second view", "its neighbours",      "an earlier frame",
+    "patches",     "the hidden layer", "the scene's geometry",  "invented (pushpull)", "the coarse sphere (base)"};
+/// The overlay of reliability: from this colour, where nothing can be trusted, to the picture's own.
+inline constexpr OverlayColour unreliable_colour{1, 0.1f, 0.1f};
 
 /// The overlay of motion: direction by hue, speed by brightness, which is full from here on.
 inline constexpr double full_motion_deg_per_s = 60;
@@ -59,6 +86,16 @@ struct DisplayedPictures {
 /// How many eyes a layout shows, and how large a picture each needs of a window.
 int eyes_of(DisplayLayout layout);
 Size eye_size(DisplayLayout layout, Size window);
+
+/// Which pixel of which eye a place of the window shows, both from the upper left corner. Nothing where it shows none,
+/// or one that a lens has bent; through coloured glasses the left eye's.
+struct ShownPixel {
+    int eye = 0;  ///< of the layout's
+    int x = 0, y = 0;
+
+    bool operator==(const ShownPixel&) const = default;
+};
+std::optional<ShownPixel> shown_pixel(DisplayLayout layout, Size window, int x, int y);
 
 /// Programs for everything that may be shown are made when it is.
 class Display {

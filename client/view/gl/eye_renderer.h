@@ -101,6 +101,8 @@ public:
     /// Whether eyes that moved see more than the sphere turned.
     bool has_depth() const;
     const ReceivedFrame& frame() const { return *frames_[current_].frame(); }
+    /// The same, kept.
+    std::shared_ptr<const ReceivedFrame> shared_frame() const { return frames_[current_].shared_frame(); }
     const SourceTextures& source() const { return frames_[current_].main().textures; }
     /// What is known of the eyes'; texture 0: nothing.
     EyeDepth depth() const;

@@ -49,6 +49,7 @@ public:
     void show_again();
 
     const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
+    const std::shared_ptr<const ReceivedFrame>& shared_frame() const { return frame_; }
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }
     UploadedPicture* base() { return frame_->base ? &base_ : nullptr; }

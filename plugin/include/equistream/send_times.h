@@ -1,6 +1,7 @@
 #pragma once
 /// When the bytes of a recorded stream have to be sent, in their order, for its pictures to come in time.
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,14 +22,15 @@ struct SendTimes {
     std::vector<DueBytes> parts;
     /// By their places; of Matroska none, where packets lie in that order.
     std::vector<DuePacket> packets;
-    double duration_s = 0;  ///< until the last picture has been shown for as long as the others; above 0
+    double duration_s = 0;       ///< until the last picture has been shown for as long as the others; above 0
+    double longest_track_s = 0;  ///< the same of one track, from its own first picture on: of that with most
     bool is_matroska = false;
 };
 
 /// Reads the whole file once, without decoding. A packet is due when its picture is shown or, where one that is shown
 /// earlier lies behind it in the file (pictures are coded in another order; an mp4 has a group of one track, then of
 /// the other), when that one is. Throws InputError for what is no video or does not say the times or places of its
-/// packets.
-SendTimes read_send_times(const std::string& file);
+/// packets. Once `interrupted`, which is asked now and then, says so, what was read until then counts as all.
+SendTimes read_send_times(const std::string& file, const std::function<bool()>& interrupted = {});
 
 }  // namespace equistream

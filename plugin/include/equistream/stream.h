@@ -278,6 +278,8 @@ public:
     const std::string& container() const;  ///< libav's long name
     /// Whether it comes from a server at that server's pace: an address in which nobody can seek, no pipe. Any thread.
     bool is_live() const;
+    /// From the first picture to the end of the last, as the container says; nothing where it does not, or it is live.
+    std::optional<double> seconds() const;
     /// The next picture of any track, in presentation order within each and side by side as far as they are
     /// interleaved; nothing at the end.
     std::optional<DecodedPicture> next();

@@ -3,7 +3,9 @@
 import ctypes
 import os
 import pathlib
+import shutil
 import subprocess
+import tempfile
 import time
 
 import numpy as np
@@ -33,36 +35,49 @@ class Display:
         os.close(writing)
         with os.fdopen(reading) as number:
             self.name = ":" + number.readline().strip()
-        self.environment = {**os.environ, "DISPLAY": self.name, "WAYLAND_DISPLAY": "", "LIBGL_ALWAYS_SOFTWARE": "1"}
+        self.config = tempfile.mkdtemp(prefix="equistream_config_")
+        self.environment = {**os.environ, "DISPLAY": self.name, "WAYLAND_DISPLAY": "", "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_CONFIG_HOME": self.config}
 
     def close(self):
         self.server.terminate()
         self.server.wait()
+        shutil.rmtree(self.config, ignore_errors=True)
 
     def tool(self, *words):
         return subprocess.run(["xdotool", *map(str, words)], env=self.environment, capture_output=True, text=True, check=False).stdout.split()
 
-    def set_iconic(self, window, is_iconic):
-        """Says of a window that it is minimised, or shown, as a window manager does."""
+    def set_property(self, window, name, kind, bits, content, count):
+        """Of a window, or of the root where there is none."""
         x11 = ctypes.CDLL("libX11.so.6")
         x11.XOpenDisplay.restype = ctypes.c_void_p
+        x11.XDefaultRootWindow.restype = ctypes.c_ulong
         connection = ctypes.c_void_p(x11.XOpenDisplay(self.name.encode()))
-        state = x11.XInternAtom(connection, b"WM_STATE", False)
-        words = (ctypes.c_long * 2)(3 if is_iconic else 1, 0)
-        x11.XChangeProperty(connection, ctypes.c_ulong(int(window)), ctypes.c_ulong(state), ctypes.c_ulong(state), 32, 0, words, 2)
+        window = ctypes.c_ulong(int(window) if window else x11.XDefaultRootWindow(connection))
+        name, kind = (ctypes.c_ulong(x11.XInternAtom(connection, word, False)) for word in (name, kind))
+        x11.XChangeProperty(connection, window, name, kind, bits, 0, content, count)
         x11.XCloseDisplay(connection)
+
+    def set_iconic(self, window, is_iconic):
+        """Says of a window that it is minimised, or shown, as a window manager does."""
+        self.set_property(window, b"WM_STATE", b"WM_STATE", 32, (ctypes.c_long * 2)(3 if is_iconic else 1, 0), 2)
+
+    def set_scale(self, scale):
+        """Says what desktops say of a display whose pixels are so small."""
+        resources = f"Xft.dpi:\t{round(96 * scale)}\n".encode()
+        self.set_property(None, b"RESOURCE_MANAGER", b"STRING", 8, resources, len(resources))
 
 
 class ViewerProcess:
-    """`equistream view` with pictures going to `out`."""
+    """`equistream view` with pictures going to `out`; what it keeps from one run to the next is in the folder `config`, none: it keeps nothing."""
 
-    def __init__(self, display, program, out, *words):
+    def __init__(self, display, program, out, *words, config=None):
         self.display, self.out, self.pictures = display, pathlib.Path(out), 0
-        self.process = subprocess.Popen([str(word) for word in [program, "view", *words, "--out", out]], env=display.environment,
+        kept, environment = (["--no-config"], display.environment) if config is None else ([], {**display.environment, "XDG_CONFIG_HOME": str(config)})
+        self.process = subprocess.Popen([str(word) for word in [program, "view", *words, *kept, "--out", out]], env=environment,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.window = wait_for(self.find_window, "the viewer's window")
-        # Without a window manager the keyboard is whose the pointer is over.
-        display.tool("mousemove", 20, 20)
+        # Without a window manager the keyboard is whose the pointer is over. Between menu bar and timeline.
+        display.tool("mousemove", 20, 40)
         display.tool("windowfocus", self.window)
 
     def find_window(self):

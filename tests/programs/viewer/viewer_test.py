@@ -262,7 +262,7 @@ class Viewer(Viewing):
             self.assertLess(rows[-1], 300 - 35)
             self.assertLess(columns[-1], 640 - 8)
             self.assertGreater(rows[-1], 100)
-        self.assertIn(pages, range(2, 6))
+        self.assertIn(pages, range(2, 8))
 
     def test_the_times_name_the_decoder(self):
         heights = []

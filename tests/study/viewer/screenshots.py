@@ -9,8 +9,8 @@ is not there yet.
 
 import argparse
 import io
+import os
 import pathlib
-import signal
 import subprocess
 import sys
 import tempfile
@@ -20,13 +20,12 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(REPOSITORY / "programs/study"), *(str(REPOSITORY / "tests/programs" / room) for room in ("", "viewer", "live"))]
+sys.path[:0] = [str(REPOSITORY / "programs/study"), *(str(REPOSITORY / "tests/programs" / room) for room in ("", "viewer"))]
 from display import Display, ViewerProcess  # noqa: E402
-from live_server import LiveServer  # noqa: E402
 from steps import run_as_program  # noqa: E402
 
 SIZE = (640, 360)
-MOST_BYTES = 125_000
+MOST_BYTES = {"viewer-layouts": 100_000, "viewer-overlays": 100_000, "viewer-face": 62_000}
 PAGE_COLUMNS = 960
 # File -> rows of pictures, each of what, and the options and keys that make it.
 PAGES = {
@@ -36,9 +35,9 @@ PAGES = {
     "viewer-overlays": [[("walk", ["--overlay", "depth"], []), ("walk", ["--overlay", "gaps"], ["hold d"])],
                         [("walk", ["--overlay", "reliability"], ["hold d"]), ("moving", ["--overlay", "motion"], ["hold Right", "hold Right"])],
                         [("walk", ["--fill", "off"], ["hold d"]), ("walk", [], ["hold w"] * 5)]],
-    "viewer-text": [[("walk", [], ["h"]), ("walk", [], ["h", "h"])], [("walk", [], ["t"]), ("lost", [], [])],
-                    [("walk", [], ["hold d", "x"]), ("walk", ["--truth", "truth"], ["x"])]],
+    "viewer-face": [[("walk", ["--panel", "--overlay", "depth"], [])]],
 }
+SIZES = {"viewer-face": (800, 600)}  # where the page's pictures have another
 HOLD_S = 1.6
 MESSAGE_S = 5.5  # until what the viewer wrote is no longer told of
 
@@ -54,8 +53,6 @@ class Sources:
         self.make("frames", "render", "pavilion.json", "--frames", "40-41", "--size", "1536x768", "--spp", 16, "--layers", "--aovs", "all", "--out", "frames")
         # Coded, so that there is a decoder to be named.
         self.make("walk.mkv", "encode", "frames", "--crf", 12, "--out", "walk.mkv")
-        self.make("truth", "render", "pavilion.json", "--camera", "perspective", "--eye", "left", "--frames", 40, "--size", f"{SIZE[0]}x{SIZE[1]}", "--spp", 256, "--aovs", "none",
-                  "--out", "truth")
         self.make("spheres", "render", "motion.json", "--frames", "0-2", "--size", "1024x512", "--spp", 4, "--aovs", "depth,motion,ids", "--out", "spheres")
         self.make("moving.mkv", "encode", "spheres", "--motion", "auto", "--crf", 12, "--out", "moving.mkv")
 
@@ -67,43 +64,29 @@ class Sources:
         return {"walk": ("walk.mkv", "pavilion.json"), "moving": ("moving.mkv", "motion.json")}[name]
 
 
-def view(display, sources, name, words, out):
-    server = None
-    if name == "lost":
-        server = LiveServer(sources.programs / "equistream", sources.work / "pavilion.json", out, "--size", "512x256", "--spp", 4)
-        source, scene, still = server.url, "pavilion.json", []
-    else:
-        (source, scene), still = sources.of(name), ["--paused"]
-        source = sources.work / source
-    words = [sources.work / word if word == "truth" else word for word in words]
-    return server, ViewerProcess(display, sources.programs / "equistream", out, source, "--scene", sources.work / scene, *still, "--size", f"{SIZE[0]}x{SIZE[1]}", *words)
-
-
-def picture(display, sources, name, words, keys):
+def picture(display, sources, size, name, words, keys):
+    source, scene = sources.of(name)
     with tempfile.TemporaryDirectory() as out:
-        server, viewer = view(display, sources, name, words, out)
+        viewer = ViewerProcess(display, sources.programs / "equistream", out, source, "--scene", scene, "--paused", "--size", f"{size[0]}x{size[1]}", *words)
         try:
             viewer.picture()
             for key in keys:
                 viewer.hold(key.removeprefix("hold "), HOLD_S) if key.startswith("hold ") else viewer.press(key)
             viewer.picture()  # all that was pressed has been handled
-            if server:
-                time.sleep(2)  # spheres that samples were added to
-                server.end(signal.SIGKILL)
             time.sleep(MESSAGE_S)
-            return viewer.screen()[: SIZE[1], : SIZE[0]].astype(np.uint8)
+            return viewer.screen()[: size[1], : size[0]].astype(np.uint8)
         finally:
             viewer.close()
 
 
-def jpeg(pixels):
+def jpeg(pixels, most_bytes):
     """As wide as a page shows it, and as good as so many bytes allow."""
     shown = Image.fromarray(pixels)
     shown = shown.resize((PAGE_COLUMNS, round(shown.height * PAGE_COLUMNS / shown.width)), Image.Resampling.LANCZOS)
     for quality in range(90, 20, -3):
         coded = io.BytesIO()
         shown.save(coded, "JPEG", quality=quality, optimize=True, progressive=True)
-        if coded.tell() < MOST_BYTES:
+        if coded.tell() < most_bytes:
             break
     return coded.getvalue()
 
@@ -115,12 +98,13 @@ def main():
     parser.add_argument("--page", action="append", choices=list(PAGES), help="this one alone; may be given again (default: all)")
     options = parser.parse_args()
     sources = Sources(options.bin.resolve(), options.work.resolve())
+    os.chdir(sources.work)  # the panel names what is shown
     display = Display()
     try:
         for name in options.page or PAGES:
-            whole = np.vstack([np.hstack([picture(display, sources, *shot) for shot in row]) for row in PAGES[name]])
+            whole = np.vstack([np.hstack([picture(display, sources, SIZES.get(name, SIZE), *shot) for shot in row]) for row in PAGES[name]])
             file = REPOSITORY / f"docs/images/{name}.jpg"
-            file.write_bytes(jpeg(whole))
+            file.write_bytes(jpeg(whole, MOST_BYTES[name]))
             print(file)
     finally:
         display.close()

@@ -1,5 +1,4 @@
 #include <client/view/keys.h>
-#include <client/view/panels.h>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -24,19 +23,12 @@ TEST(Keys, EachDoesOneThingAndIsNamedOnce) {
     }
 }
 
-TEST(Panels, LettersAreScaledByWholeNumbers) {
-    // Their 13 rows lose strokes at any other scale.
-    for (const int height : {1, 300, 600, 720, 1080, 1440, 2159})
-        EXPECT_EQ(text_scale({640, height}), height < 2160 ? 1 : 2) << height;
-    EXPECT_EQ(text_scale({3840, 2160}), 2);
-    EXPECT_EQ(text_scale({7680, 4320}), 4);
-}
-
 TEST(Keys, EveryActionHasOne) {
     for (int action = 0; action <= int(Action::quit); ++action)
         EXPECT_TRUE(std::ranges::any_of(key_bindings(), [&](const KeyBinding& b) {
             return b.action == Action(action);
         })) << action;
+    EXPECT_EQ(key_of(Action::help).name, "h");
 }
 
 TEST(Keys, OthersAreBoundToNothing) {

@@ -109,39 +109,41 @@ TEST(HeadBoxFading, IsNothingWithinAndAllFarOutside) {
 
 namespace {
 
-TakenInputs pressed(Action action, double time_s) {
-    TakenInputs inputs;
-    inputs.samples.emplace_back().time_s = time_s;
-    inputs.pressed.push_back(action);
-    inputs.scroll = 0.5;
+WindowInputs scrolled(double steps) {
+    WindowInputs inputs;
+    inputs.events = {WheelEvent{steps}};
     inputs.any = true;
     inputs.window = {320, 180};
     return inputs;
 }
 
+double steps_of(const InputEvent& event) {
+    return std::get<WheelEvent>(event).steps;
+}
+
 TEST(InputBox, HandsOverOnceAndInOrder) {
     InputBox box;
-    box.put(pressed(Action::times, 1));
-    TakenInputs second = pressed(Action::help, 2);
-    second.click_x = 0.25;
+    box.put(scrolled(1));
+    WindowInputs second = scrolled(2);
     second.window = {100, 50};
+    second.scale = 1.5;
     box.put(second);
-    TakenInputs taken;
+    WindowInputs taken;
     box.take(taken);
-    EXPECT_EQ(taken.pressed, (std::vector{Action::times, Action::help}));
-    ASSERT_EQ(taken.samples.size(), 2U);
-    EXPECT_EQ(taken.samples[1].time_s, 2);
-    EXPECT_EQ(taken.scroll, 1);
-    EXPECT_EQ(taken.click_x, 0.25);
+    ASSERT_EQ(taken.events.size(), 2U);
+    EXPECT_EQ(steps_of(taken.events[0]), 1);
+    EXPECT_EQ(steps_of(taken.events[1]), 2);
     EXPECT_EQ(taken.window, (gl::Size{100, 50}));
     EXPECT_TRUE(taken.any);
     box.take(taken);
     EXPECT_FALSE(taken.any);
-    EXPECT_TRUE(taken.pressed.empty());
-    EXPECT_TRUE(taken.samples.empty());
-    EXPECT_EQ(taken.scroll, 0);
-    EXPECT_LT(taken.click_x, 0);
+    EXPECT_TRUE(taken.events.empty());
     EXPECT_EQ(taken.window, (gl::Size{100, 50})) << "states stay";
+    EXPECT_EQ(taken.scale, 1.5);
+    box.wake();
+    box.wait(60);
+    box.take(taken);
+    EXPECT_TRUE(taken.any);
 }
 
 TEST(InputBox, RequestsCountOnce) {
@@ -150,6 +152,16 @@ TEST(InputBox, RequestsCountOnce) {
     box.ask_for_fullscreen_toggle();
     EXPECT_TRUE(box.take_fullscreen_toggle());
     EXPECT_FALSE(box.take_fullscreen_toggle());
+    EXPECT_FALSE(box.take_title());
+    box.ask_for_title("one");
+    box.ask_for_title("two");
+    EXPECT_EQ(box.take_title(), "two");
+    EXPECT_FALSE(box.take_title());
+    KeptSettings kept;
+    kept.recent = {"/a"};
+    box.ask_to_keep(kept);
+    EXPECT_EQ(box.take_kept(), kept);
+    EXPECT_FALSE(box.take_kept());
     EXPECT_FALSE(box.is_over());
     box.end();
     EXPECT_TRUE(box.is_over());
@@ -165,30 +177,25 @@ TEST(InputBox, TwoThreadsLoseNothing) {
         for (int i = 0; i < count; ++i) {
             while (i > taken_so_far + max_ahead)
                 std::this_thread::yield();
-            TakenInputs inputs = pressed(Action::times, i);
+            WindowInputs inputs = scrolled(i);
             inputs.is_closed = i == count - 1;
             box.put(inputs);
         }
         while (!box.is_over())
             std::this_thread::yield();
     });
-    TakenInputs taken;
-    double scrolled = 0, next = 0;
-    std::size_t presses = 0;
+    WindowInputs taken;
+    double next = 0;
     while (!taken.is_closed) {
         box.wait(60);
         box.take(taken);
-        for (const InputSample& sample : taken.samples)
-            EXPECT_EQ(sample.time_s, next++);
-        presses += taken.pressed.size();
+        for (const InputEvent& event : taken.events)
+            EXPECT_EQ(steps_of(event), next++);
         taken_so_far = int(next);
-        scrolled += taken.scroll;
     }
     box.end();
     telling.join();
     EXPECT_EQ(next, count);
-    EXPECT_EQ(presses, std::size_t(count));
-    EXPECT_EQ(scrolled, 0.5 * count);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <functional>
 #include <numeric>
+#include <set>
 #include <vector>
 
 namespace equistream::test {
@@ -147,6 +148,20 @@ TEST_F(RecordedPlayback, TimeWaitsForReadingAndRushesNothingAfterIt) {
         ASSERT_LE(seen[i].time_s - seen[i - 1].time_s, 1.5 * refresh_s) << i;
 }
 
+TEST_F(RecordedPlayback, CountsWhatIsMissingAndNothingElse) {
+    for (const int missing : {3, 7, 8})
+        std::filesystem::remove(folder / "centre" / frame_file_name(missing));
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader);
+    watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(playback.counts().lost, 3);
+    EXPECT_EQ(playback.counts().late, 0);
+    EXPECT_EQ(loader.seconds(), frame_count * interval_s);
+    playback.seek(9 * interval_s);
+    watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(playback.counts().lost, 3) << "a jump loses nothing";
+}
+
 TEST_F(RecordedPlayback, PausesStepsAndJumps) {
     FrameLoader loader(folder.string(), {});
     Playback playback(loader, true);
@@ -268,6 +283,14 @@ TEST_F(LivePlayback, AStallIsCalmAndSoIsWhatComesAfterIt) {
     EXPECT_TRUE(std::ranges::any_of(after, [](const Refresh& r) {
         return r.shown > pictures / 2 && r.shown < pictures - 1;
     })) << "what came after the stall is played, not cut to its end";
+    std::set<std::int64_t> shown;
+    for (const auto& seen : {before, after})
+        for (const Refresh& refresh : seen)
+            if (refresh.shown >= 0)
+                shown.insert(refresh.shown);
+    EXPECT_EQ(playback.counts().lost, 0);
+    EXPECT_EQ(std::int64_t(shown.size()) + playback.counts().skipped, pictures - *shown.begin());
+    EXPECT_GT(playback.jitter_s(), 0) << "of a server that fell silent";
 }
 
 /// Where it is by now: ahead of the play-out delay by up to what is asked for, through the stall and after it, never

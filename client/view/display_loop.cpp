@@ -1,0 +1,201 @@
+#include "display_loop.h"
+
+#include <client/transport/address.h>
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+/// While a source is opened, whose thread wakes who waits.
+constexpr double opening_rest_s = 0.1;
+
+}  // namespace
+
+DisplayLoop::DisplayLoop(const ViewerSettings& settings, InputBox& box, Window& window)
+    : settings_(settings), box_(box), window_(window),
+      headset_(settings.headset ? std::make_unique<Headset>() : nullptr), shown_(settings.shown), kept_(settings.kept) {
+    if (headset_)
+        window_.do_not_wait_for_refreshes();  // the headset has its own
+}
+
+bool DisplayLoop::is_over() const {
+    const bool is_late = began_ && settings_.seconds > 0 && seconds_since(*began_) >= settings_.seconds;
+    return quit_ || is_late || inputs_.is_closed || (presenter_ != nullptr && presenter_->is_over());
+}
+
+void DisplayLoop::run() {
+    open(settings_);
+    while (!is_over()) {
+        take_inputs();
+        if (opening_ && opening_->is_done())
+            finish_opening();
+        if (presenter_ == nullptr) {
+            draw_without_picture();
+            continue;
+        }
+        presenter_->know_of(opening_ ? opening_->name() : "", kept_.recent);
+        presenter_->refresh(inputs_, opening_ ? opening_rest_s : Face::awake_s);
+        inputs_.forget();
+        keep_changes();
+        ask_for_more();
+    }
+}
+
+ViewerReport DisplayLoop::report() {
+    return presenter_ == nullptr ? ViewerReport() : presenter_->report();
+}
+
+// Inputs.
+
+void DisplayLoop::take_inputs() {
+    box_.take(window_inputs_);
+    if (window_inputs_.window.width > 0 && window_inputs_.window.height > 0)
+        face_.resize(window_inputs_.window, window_inputs_.scale);
+    router_.route(window_inputs_, face_, inputs_);
+    if (presenter_ == nullptr)
+        act_without_picture();
+    if (auto dropped = std::exchange(inputs_.dropped, std::nullopt))
+        open_other(*dropped);
+    grant_wishes();
+}
+
+/// What else is pressed waits for the picture.
+void DisplayLoop::act_without_picture() {
+    std::erase_if(inputs_.pressed, [this](Action action) {
+        quit_ = quit_ || action == Action::quit;
+        if (action == Action::open)
+            face_.ask_for_source();
+        return action == Action::quit || action == Action::open;
+    });
+}
+
+void DisplayLoop::grant_wishes() {
+    for (const FaceWish& wish : face_.take_wishes()) {
+        inputs_.any = true;
+        try {
+            grant(wish);
+        } catch (const std::exception& error) {
+            if (presenter_ != nullptr)
+                presenter_->tell(error.what());
+        }
+    }
+}
+
+void DisplayLoop::grant(const FaceWish& wish) {
+    std::visit(Overloaded{[&](Action action) { inputs_.pressed.push_back(action); },
+                          [&](const SettingWish& chosen) {
+                              if (presenter_ != nullptr)
+                                  presenter_->choose(*chosen.setting, chosen.value);
+                          },
+                          [&](const SeekWish& sought) {
+                              if (presenter_ != nullptr)
+                                  presenter_->seek(sought.time_s);
+                          },
+                          [&](const OpenWish& wanted) { open_other(wanted.source); }},
+               wish);
+}
+
+// Sources.
+
+void DisplayLoop::open(ViewerSettings settings) {
+    opening_.reset();  // of two that are wanted at once, the last
+    opening_ = std::make_unique<SourceOpening>(settings, [this] {
+        box_.wake();
+        window_.wake();
+    });
+}
+
+/// What belongs to the source of the command line stays with it.
+void DisplayLoop::open_other(const std::string& source) {
+    ViewerSettings settings = settings_;
+    settings.source = source;
+    settings.shown = shown_;
+    settings.paused = false;
+    settings.requires_hdr = false;
+    if (source != settings_.source) {
+        settings.scene.reset();
+        settings.truth.clear();
+    }
+    resume_s_.reset();
+    may_reopen_ = true;
+    open(std::move(settings));
+}
+
+void DisplayLoop::finish_opening() {
+    const std::unique_ptr<SourceOpening> opening = std::move(opening_);
+    try {
+        show(opening->take());
+    } catch (const std::exception& error) {
+        if (presenter_ == nullptr)
+            throw;
+        may_reopen_ = false;
+        presenter_->tell(error.what());
+    }
+}
+
+void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
+    auto presenter = std::make_unique<Presenter>(
+        *source, shown_, Presenter::Place{.box = box_, .window = window_, .face = face_, .headset = headset_.get()});
+    if (resume_s_ && !source->loader.is_live())
+        presenter->seek(*resume_s_);
+    resume_s_.reset();
+    if (!source->settings.scene)
+        shown_.by_geometry = false;
+    presenter_ = std::move(presenter);
+    source_ = std::move(source);
+    if (!began_)
+        began_ = Clock::now();
+    box_.ask_for_title("equistream: " + without_secrets(source_->settings.source));
+    kept_.remember(source_->settings.source);
+    box_.ask_to_keep(kept_);
+    inputs_.any = true;
+}
+
+void DisplayLoop::draw_without_picture() {
+    const bool is_seen = inputs_.window.width > 0 && inputs_.window.height > 0;
+    if (is_seen && (inputs_.any || !face_.content().loading.empty() != (opening_ != nullptr))) {
+        FaceContent content;
+        content.loading = opening_ ? opening_->name() : "";
+        content.shown = shown_;
+        content.recent = kept_.recent;
+        face_.say(std::move(content));
+        glBindFramebuffer(GL_FRAMEBUFFER, 0);
+        glClearColor(0, 0, 0, 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+        face_.draw();
+        window_.show();
+    }
+    inputs_.any = false;
+    box_.wait(opening_rest_s);
+}
+
+// Settings.
+
+void DisplayLoop::keep_changes() {
+    if (presenter_->shown() == shown_)
+        return;
+    kept_.keep_changes(shown_, presenter_->shown());
+    shown_ = presenter_->shown();
+    may_reopen_ = true;
+    box_.ask_to_keep(kept_);
+}
+
+/// What was not decoded because nothing needed it is read from the same place on.
+void DisplayLoop::ask_for_more() {
+    if (opening_ || !may_reopen_ || !needs_reopening(source_->settings, shown_))
+        return;
+    ViewerSettings settings = source_->settings;
+    settings.shown = shown_;
+    settings.paused = presenter_->is_paused();
+    resume_s_ = presenter_->time_s();
+    open(std::move(settings));
+}
+
+}  // namespace equistream
