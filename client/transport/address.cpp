@@ -62,14 +62,18 @@ bool names_server(const std::string& source) {
 }
 
 std::string without_secrets(std::string text) {
-    for (const std::string_view scheme : schemes)
-        for (std::size_t found = text.find(scheme); found != std::string::npos; found = text.find(scheme, found)) {
-            found += scheme_chars;
-            const std::size_t end = text.find_first_of(" \t\n", found);
-            const std::size_t at = text.rfind('@', end);
-            if (at != std::string::npos && at > found)
-                text.replace(found, at - found, "***");
-        }
+    constexpr std::string_view mark = "://";
+    for (std::size_t found = text.find(mark); found != std::string::npos; found = text.find(mark, found)) {
+        found += mark.size();
+        const bool is_ours = std::ranges::any_of(schemes, [&](std::string_view scheme) {
+            return found >= scheme.size() && text.compare(found - scheme.size(), scheme.size(), scheme) == 0;
+        });
+        // A server's secret may have slashes; who comes to another address may not.
+        const std::size_t end = text.find_first_of(is_ours ? " \t\n" : "/?# \t\n", found);
+        const std::size_t at = text.rfind('@', end);
+        if (at != std::string::npos && at > found)
+            text.replace(found, at - found, "***");
+    }
     return text;
 }
 

@@ -14,6 +14,11 @@ bool use_bbr(int socket) {
     return setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(), socklen_t(name.size())) == 0;
 }
 
+void keep_little_unsent(int socket) {
+    constexpr int bytes = 1 << 14;
+    setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, sizeof bytes);
+}
+
 bool allows_bbr() {
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (socket < 0)

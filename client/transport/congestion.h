@@ -6,7 +6,9 @@ namespace equistream {
 /// By the rate at which data arrive, not by what is lost (Cardwell et al. 2016, "BBR: congestion-based congestion
 /// control"). Where the system does not allow it, its own stays. Whether it does.
 bool use_bbr(int socket);
-/// Whether this system lets anybody use it.
+/// Little waits in the system that it has not begun to send: more would be old by the time it goes.
+void keep_little_unsent(int socket);
+/// Whether this system lets anybody use BBR.
 bool allows_bbr();
 
 }  // namespace equistream

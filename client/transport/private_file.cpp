@@ -8,9 +8,15 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 namespace equistream {
+
+namespace {
+
+/// A secret, or a certificate with those that vouch for it, takes less.
+constexpr std::size_t max_bytes = 1 << 20;
+
+}  // namespace
 
 bool make_private_file(const std::filesystem::path& file, const std::function<std::string()>& text) {
     const std::string name = file.string();
@@ -19,9 +25,16 @@ bool make_private_file(const std::filesystem::path& file, const std::function<st
         return false;
     if (made < 0)
         throw InputError(name + ": cannot be made: " + std::strerror(errno));
-    const std::string content = text();
-    const bool whole = ::write(made, content.data(), content.size()) == ssize_t(content.size());
-    if (::close(made) == 0 && whole)
+    bool is_whole = false;
+    try {
+        const std::string content = text();
+        is_whole = ::write(made, content.data(), content.size()) == ssize_t(content.size());
+    } catch (...) {
+        ::close(made);
+        ::unlink(name.c_str());
+        throw;
+    }
+    if (::close(made) == 0 && is_whole)
         return true;
     ::unlink(name.c_str());
     throw WorkError(name + ": could not be written");
@@ -35,9 +48,12 @@ std::string read_private_file(const std::filesystem::path& file) {
         throw InputError(
             expected_found(file.string(), "a secret's file that is its owner's alone (chmod 600)", "others' too"));
     std::ifstream stream(file, std::ios::binary);
-    if (!stream)
+    if (!stream || !std::filesystem::is_regular_file(file, error))
         throw InputError(expected_found(file.string(), "a file that can be read", "none"));
-    return {std::istreambuf_iterator<char>(stream), {}};
+    std::string text(max_bytes, '\0');
+    stream.read(text.data(), std::streamsize(text.size()));
+    text.resize(std::size_t(stream.gcount()));
+    return text;
 }
 
 }  // namespace equistream

@@ -10,7 +10,7 @@ namespace equistream {
 /// WorkError where it cannot be written.
 bool make_private_file(const std::filesystem::path& file, const std::function<std::string()>& text);
 
-/// The whole file. Throws InputError where others may read or write it, or it cannot be read.
+/// Its first MiB. Throws InputError where others may read or write it, or it cannot be read.
 std::string read_private_file(const std::filesystem::path& file);
 
 }  // namespace equistream

@@ -20,9 +20,6 @@ using asio::ip::tcp;
 /// Of patience: how often the other end is asked meanwhile whether it is there.
 constexpr double looks = 4;
 
-/// What a system keeps at most of what it has not begun to send. More would be old by the time it goes.
-constexpr int unsent_bytes = 1 << 16;
-
 class TcpWire : public Wire {
 public:
     explicit TcpWire(tcp::socket socket) : socket_(std::move(socket)) {}
@@ -139,7 +136,7 @@ void prepare(tcp::socket& socket, double patience_s) {
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPINTVL, &idle_s, sizeof idle_s);
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
-    setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+    keep_little_unsent(socket.native_handle());
     use_bbr(socket.native_handle());
 }
 

@@ -119,7 +119,7 @@ void DisplayLoop::open_other(const std::string& source) {
     settings.shown = shown_;
     settings.paused = false;
     settings.requires_hdr = false;
-    if (source != settings_.source) {
+    if (KeptSettings::name_of(source) != KeptSettings::name_of(settings_.source)) {
         settings.scene.reset();
         settings.truth.clear();
     }
@@ -141,13 +141,15 @@ void DisplayLoop::finish_opening() {
 }
 
 void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
+    ShownSettings shown = shown_;
+    if (!source->settings.scene)
+        shown.by_geometry = false;
     auto presenter = std::make_unique<Presenter>(
-        *source, shown_, Presenter::Place{.box = box_, .window = window_, .face = face_, .headset = headset_.get()});
+        *source, shown, Presenter::Place{.box = box_, .window = window_, .face = face_, .headset = headset_.get()});
     if (resume_s_ && !source->loader.is_live())
         presenter->seek(*resume_s_);
     resume_s_.reset();
-    if (!source->settings.scene)
-        shown_.by_geometry = false;
+    shown_ = shown;
     presenter_ = std::move(presenter);
     source_ = std::move(source);
     if (!began_)

@@ -108,11 +108,15 @@ void KeptSettings::keep_changes(const ShownSettings& before, const ShownSettings
             values[std::string(setting.name)] = setting.value(after);
 }
 
-void KeptSettings::remember(const std::string& source) {
+std::string KeptSettings::name_of(const std::string& source) {
     std::error_code error;
     const auto address = parse_server_address(source);
     const fs::path absolute = is_url(source) ? fs::path(source) : fs::absolute(source, error);
-    const std::string name = address ? address->text() : without_secrets(error ? source : absolute.string());
+    return address ? address->text() : without_secrets(error ? source : absolute.string());
+}
+
+void KeptSettings::remember(const std::string& source) {
+    const std::string name = name_of(source);
     if (!is_utf8(name) || name.size() > max_recent_bytes)
         return;
     std::erase(recent, name);
@@ -142,15 +146,17 @@ fs::path kept_settings_file() {
 ReadSettings read_kept_settings(const fs::path& file) {
     ReadSettings read;
     std::ifstream stream(file, std::ios::binary);
-    if (!stream)
+    std::error_code error;
+    if (!stream && !fs::exists(file, error) && !error)
         return read;
     std::string text(max_file_bytes + 1, '\0');
     stream.read(text.data(), std::streamsize(text.size()));
     text.resize(std::size_t(stream.gcount()));
-    const json all = text.size() > max_file_bytes ? json() : json::parse(text, nullptr, false);
+    const json all = !stream.is_open() || text.size() > max_file_bytes ? json() : json::parse(text, nullptr, false);
     if (!all.is_object()) {
         read.note = expected_found(file.string(), "settings of the viewer in JSON", "something else") +
-                    "; it starts with defaults";
+                    "; it starts with defaults, and the file stays as it is";
+        read.may_be_written = false;
         return read;
     }
     Reader reader(all);

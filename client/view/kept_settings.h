@@ -32,6 +32,8 @@ struct KeptSettings {
     /// Remembers the values of rows that differ between the two.
     void keep_changes(const ShownSettings& before, const ShownSettings& after);
     void remember(const std::string& source);
+    /// As `recent` has it.
+    static std::string name_of(const std::string& source);
     /// What was kept goes into `shown`.
     void apply_to(ShownSettings& shown) const;
 };
@@ -41,7 +43,8 @@ std::filesystem::path kept_settings_file();
 
 struct ReadSettings {
     KeptSettings kept;
-    std::string note;  ///< one line on what was left out and why; empty: nothing was
+    std::string note;            ///< one line on what was left out and why; empty: nothing was
+    bool may_be_written = true;  ///< false: what somebody wrote there would be lost
 };
 /// What cannot be read, or is not known, is left out; a file that is not there has nothing.
 ReadSettings read_kept_settings(const std::filesystem::path& file);

@@ -171,7 +171,8 @@ private:
     gl::PixelProbe probe_;
     std::optional<std::array<EyeView, gl::max_eyes>> eyes_;  ///< that were drawn last
     std::vector<Fact> mouse_facts_;
-    double asked_s_ = -1;  ///< when the probe was asked last
+    double asked_s_ = -1;               ///< when the probe was asked last
+    std::optional<EyeView> asked_eye_;  ///< and of which eye, as it was then
 };
 
 }  // namespace equistream

@@ -54,10 +54,8 @@ FaceContent Presenter::make_content() {
             facts_ = make_facts();
             measured_s_ = now_s_;
         }
-        if (values && eyes_) {
-            const EyeView& eye = (*eyes_)[std::size_t(values->pixel.eye)];
-            mouse_facts_ = mouse_facts(*values, eye.camera, eye.pose, frame());
-        }
+        if (values && asked_eye_)
+            mouse_facts_ = mouse_facts(*values, asked_eye_->camera, asked_eye_->pose, frame());
         content.facts = facts_;
         append(content.facts, mouse_facts_);
     }
@@ -95,6 +93,7 @@ void Presenter::ask_for_pixel() {
     if (!pixel)
         return;
     asked_s_ = now_s_;
+    asked_eye_ = (*eyes_)[std::size_t(pixel->eye)];
     probe_.ask(*pixel, targets_, renderer_->depth(),
                shown_.overlay == gl::Overlay::reliability ? renderer_->reliability() : 0);
 }

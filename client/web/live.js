@@ -17,8 +17,8 @@ function message(time, {position, orientation}, view) {
 }
 
 export class LiveSocket {
-    constructor(url, {onBytes, onProblem, onEnd}) {
-        this.socket = new WebSocket(url);
+    constructor(url, key, {onBytes, onProblem, onEnd}) {
+        this.socket = new WebSocket(url + key);
         this.socket.binaryType = "arraybuffer";
         this.sent = 0;
         let isOver = false;

@@ -94,9 +94,10 @@ class Page {
         });
     }
 
-    openLive(url) {
+    /// `key`: what the server wants to know, behind the address; it is shown nowhere.
+    openLive(url, key) {
         const player = this.open(url, true);
-        this.live = new LiveSocket(url, {
+        this.live = new LiveSocket(url, key, {
             onBytes: bytes => player.push(bytes), onProblem: error => this.fail(error),
             onEnd: () => {
                 of("note").textContent = "the server has ended the stream";
@@ -344,7 +345,7 @@ function start() {
         if (words.has("src"))
             page.openUrl(relative(words.get("src")));
         else if (words.has("live"))
-            page.openLive(relative(words.get("live")).replace(/^http/, "ws") + keyOfAddress());
+            page.openLive(relative(words.get("live")).replace(/^http/, "ws"), keyOfAddress());
     } catch (error) {
         of("problem").textContent = error.message;
         if (!(error instanceof StreamError))

@@ -142,6 +142,7 @@ void require_ods_possible(const Typed& typed, const RenderOptions& o) {
                                 : !typed.window.empty()    ? "--window"
                                 : !typed.small_eye.empty() ? "--small"
                                 : o.accumulate > 0         ? "--accumulate"
+                                : o.follow                 ? "--follow (serve)"
                                                            : "";
     if (!besides.empty())
         throw InputError(expected_found("--camera ods",
@@ -209,8 +210,9 @@ RenderOptions checked(const Typed& typed) {
         std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
                      o.size.width, o.size.height);
     const std::vector<std::string> planes = parse_aov_groups(o.aovs);
-    if (o.window && std::ranges::find(planes, "crypto_object") != planes.end())
-        throw InputError(expected_found("--aovs cryptomatte", "whole pictures, without a --window", "both"));
+    if ((o.window || o.accumulate > 0) && std::ranges::find(planes, "crypto_object") != planes.end())
+        throw InputError(expected_found("--aovs cryptomatte", "whole pictures, without --window and --accumulate",
+                                        o.window ? "--window" : "--accumulate"));
     o.samples_by_angle = typed.samples == sample_spreads.back();
     if (o.samples_by_angle && (!sphere || o.accumulate > 0 || o.patches))
         throw InputError(expected_found("--samples angle", "spheres of independent frames",

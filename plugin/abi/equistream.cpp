@@ -82,6 +82,8 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     if (settings.window != nullptr) {
         if (handle.shared->part().count > 0)
             throw InputError(expected_found("es_frame_settings.window", "NULL where frames are in parts", "a window"));
+        if (std::ranges::find(planes, "crypto_object") != planes.end())
+            throw InputError(expected_found("es_frame_settings.window", "NULL with group cryptomatte", "a window"));
         window = checked_window(*settings.window, info, handle.tiles.hidden_layer);
         if (!handle.history) {  // what is carried on is better rendered than 0
             if (tile_samples.empty())

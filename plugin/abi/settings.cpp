@@ -240,9 +240,10 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
     require((!hidden_layer && !info.patches) ||
                 std::ranges::find(checked.manifest.planes, "reference") == checked.manifest.planes.end(),
             "aovs", "no reference in a hidden layer or an atlas of patches", "reference");
-    require((!hidden_layer && !info.patches) ||
+    require((!hidden_layer && !info.patches && s.accumulate_frames == 0) ||
                 std::ranges::find(checked.manifest.planes, "crypto_object") == checked.manifest.planes.end(),
-            "aovs", "no cryptomatte in a hidden layer or an atlas of patches", "cryptomatte");
+            "aovs", "no cryptomatte in a hidden layer or an atlas of patches, or where frames are accumulated",
+            "cryptomatte");
     checked.texts = cryptomatte_attributes(checked.manifest.planes, checked_names(settings));
     require(s.samples_by_angle == 0 ||
                 (s.accumulate_frames == 0 && !info.patches && std::holds_alternative<EquirectCamera>(info.camera)),

@@ -365,7 +365,7 @@ void Film::rank_ids(const char* name, const std::vector<float>& ids) {
             for (std::size_t rank = 0; rank < ranked.size(); ++rank) {
                 const auto [count, id] = ranked[rank];
                 pairs[2 * rank] = count == 0 ? 0
-                                  : std::size_t{id} <= ids.size()
+                                  : std::size_t{id} - 1 < ids.size()
                                       ? ids[id - 1]
                                       : cryptomatte_id(std::string(kind) + std::to_string(id));
                 pairs[2 * rank + 1] = -count / samples;

@@ -1,8 +1,10 @@
 /// A frame in parts: what tiles of one part brought, as bytes, and taken up again.
 #include "film.h"
 
+#include <equistream/cryptomatte.h>
 #include <equistream/error.h>
 
+#include <bit>
 #include <cstring>
 
 namespace equistream {
@@ -59,6 +61,20 @@ std::size_t Film::part_size(const FramePart& part) {
     return size;
 }
 
+namespace {
+
+/// Ids with how many samples met each.
+bool has_sound_ids(const float* pairs, std::uint32_t samples) {
+    for (int rank = 0; rank < cryptomatte_ranks; ++rank, pairs += 2) {
+        const bool is_count = pairs[1] >= 0 && pairs[1] <= float(samples);
+        if (!is_count || (pairs[1] > 0 && std::bit_cast<std::uint32_t>(pairs[0]) == 0))
+            return false;
+    }
+    return true;
+}
+
+}  // namespace
+
 void Film::put_part(const FramePart& part, const std::string& bytes) {
     const char* from = bytes.data();
     const TileShare share(part);
@@ -76,6 +92,9 @@ void Film::put_part(const FramePart& part, const std::string& bytes) {
         for (std::uint32_t i = 0; i < of.pixel_count && !is_reference(id); ++i) {
             const glm::ivec2 at = TilePixels{of}.at(i);
             is_sound = is_sound && *left_out_.pixel(at.x, at.y) <= passes_of(id);
+            for (const char* name : {"crypto_object", "crypto_material"})
+                is_sound = is_sound && (real_target(name) == nullptr ||
+                                        has_sound_ids(real_.at(name).pixel(at.x, at.y), passes_of(id)));
         }
         if (!is_sound)
             throw InputError(expected_found("tile " + std::to_string(id),

@@ -39,6 +39,8 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     settings.pictures = static_cast<std::uint32_t>(request.sources.frames.size());
     settings.stereo = request.sources.packing;
     settings.tagged = first.front().is_posed;
+    cli::require(settings.tagged || first.front().distances_m.empty(), "--depth",
+                 "none, as the right eye is not where the left one's head has it", "depth");
     if (settings.stereo != StereoPacking::none)
         settings.baseline_m = first.front().info.ipd_m;
     return settings;

@@ -194,6 +194,10 @@ void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
         const int width = first[i].width(), height = first[i].height();
         cli::require(width % 2 == 0 && height % 2 == 0, sources.tracks[i].folder.string(),
                      "frames of even width and height (4:2:0 video has no odd sizes)", size_text(width, height));
+        // An eye's, of both in one picture: clients take them apart.
+        const int eye_width = width_of(first[i].info.camera), eye_height = height_of(first[i].info.camera);
+        cli::require(eye_width % 2 == 0 && eye_height % 2 == 0, sources.tracks[i].folder.string(),
+                     "eyes of even width and height (4:2:0 video has no odd sizes)", size_text(eye_width, eye_height));
         const int columns = first[i].role == TrackRole::window ? window_grid_of(first[i].info).columns : 0;
         const int around = first.front().width();
         cli::require(columns == 0 || columns > around, sources.tracks[i].folder.string(),

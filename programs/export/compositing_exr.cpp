@@ -54,7 +54,7 @@ Imf::Header header_of(const View& view) {
         "name",     "pixelAspectRatio", "screenWindowCenter", "screenWindowWidth", "type",          "version"};
     const Imf::MultiPartInputFile rendered(view.file.c_str());
     for (auto attribute = rendered.header(0).begin(); attribute != rendered.header(0).end(); ++attribute)
-        if (!own.contains(attribute.name()))
+        if (!own.contains(attribute.name()) && !std::string_view(attribute.name()).starts_with("cryptomatte/"))
             header.insert(attribute.name(), attribute.attribute());
     return header;
 }
@@ -63,7 +63,7 @@ half to_half(float value) {
     return half(std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));
 }
 
-/// A surface's samples, in the order of `deep_halves`, then its distance.
+/// A surface's samples, in the order of `half_names`, then its distance.
 struct Sample {
     std::array<half, 4> rgba;
     float z_m;

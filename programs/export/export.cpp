@@ -94,6 +94,8 @@ compositing::View read_view(const Source& source, std::int64_t index, bool deep)
     const std::string size = size_text(front.width(), front.height());
     cli::require(front.width() == hidden.width() && front.height() == hidden.height(), behind.string(),
                  "the size of " + file.string() + ", " + size, size_text(hidden.width(), hidden.height()));
+    cli::require(view.front.info.eye == view.hidden->info.eye, behind.string(),
+                 "hidden surfaces of the eye of " + file.string() + " (--eye says which is exported)", "another eye's");
     return view;
 }
 

@@ -159,7 +159,10 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
                         {"whole", cut.empty()}, {"truncation", cut}, {"tracks", nlohmann::json::array()}};
     description.text = shown(source) + ": video, " + watched.reader.container() + "\n";
     for (const Entry& entry : watched.entries()) {
-        description.json["tracks"].push_back(track_json(entry, options.each_frame));
+        nlohmann::json track = track_json(entry, options.each_frame);
+        if (is_url(source))
+            track["vexu"] = nullptr;  // boxes are read in files alone
+        description.json["tracks"].push_back(std::move(track));
         description.text += track_text(entry, options.each_frame);
     }
     description.text += cut.empty() ? "whole: nothing is missing\n" : "not whole: " + cut + "\n";

@@ -108,6 +108,9 @@ Certificate read_or_make_certificate(const std::filesystem::path& file) {
     if (!key || !certificate || X509_check_private_key(certificate.get(), key.get()) != 1)
         throw InputError(expected_found(file.string(), "a private key and its certificate, as PEM without a password",
                                         "something else"));
+    if (X509_cmp_current_time(X509_get0_notAfter(certificate.get())) < 0)
+        throw InputError(expected_found(
+            file.string(), "a certificate that is valid (one is made where there is no file)", "one that is over"));
     read.fingerprint = fingerprint_of(certificate.get());
     return read;
 }

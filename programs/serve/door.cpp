@@ -3,8 +3,6 @@
 #include <client/transport/secret.h>
 #include <programs/cli/program.h>
 
-#include <netinet/tcp.h>
-
 #include <utility>
 
 namespace equistream::serve {
@@ -12,9 +10,6 @@ namespace equistream::serve {
 using asio::ip::tcp;
 
 namespace {
-
-/// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
-constexpr int max_unsent_bytes = 1 << 17;
 
 void require_free(const std::string& where, const asio::error_code& error) {
     cli::require(!error, where, "an address that is free and this machine's", error.message());
@@ -63,7 +58,6 @@ void Door::accept(Came came) {
         if (gone)  // it has hung up already
             return accept(came);
         prepare(socket, patience_s_);
-        setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
         auto wire = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
         came({}, {std::move(wire), peer.address(), peer.port()});
     });

@@ -144,6 +144,8 @@ private:
     void order_next() {
         const auto now = Clock::now();
         if (was_idle_)
+            rate_.pause();
+        if (was_idle_)
             time_zero_ = now - in_clock(double(last_frame_ + 1) / frames_per_second_);
         const double time_s = std::chrono::duration<double>(now - time_zero_).count();
         const auto frame = std::int64_t(std::floor(time_s * frames_per_second_ + 1e-6));
@@ -215,20 +217,26 @@ private:
 
     /// Before these bytes are sent: viewers had all the time since the last ones for those.
     void adapt(const LiveEncoder::Coded& coded) {
-        const double now_s = seconds_since(start_), before = rate_.coarser();
+        const double now_s = seconds_since(start_);
         coded_bits_ += 8.0 * double(coded.bytes.size());
         rate_.coded(now_s, coded.bytes.size(), coded.coarser);
         if (const auto delivery = stream_.delivery())
             rate_.delivered(now_s, delivery->first, delivery->second);
-        const double after = rate_.coarser();
-        if ((before > 0) != (after > 0) && seconds_since(rate_noted_) >= note_interval_s) {
-            rate_noted_ = Clock::now();
-            note(after == 0 ? formatted("the stream is coded as asked for again, with CRF %g", settings_.coding.crf)
-                            : formatted("%s carries %.1f Mbit/s: the stream is coded with CRF %.0f instead of %g",
-                                        rate_.line_bps() ? "the line of the viewer that steers" : "--mbit",
-                                        1e-6 * rate_.limit_bps(), settings_.coding.crf + after, settings_.coding.crf));
-        }
+        const bool is_coarser = rate_.coarser() > 0;
+        if (is_coarser == said_coarser_ || seconds_since(rate_noted_) < note_interval_s)
+            return;
+        said_coarser_ = is_coarser;
+        rate_noted_ = Clock::now();
+        const double asked_crf = settings_.coding.crf, limit_mbps = 1e-6 * rate_.limit_bps();
+        const bool is_told = settings_.most_mbps && limit_mbps > 0.99 * *settings_.most_mbps;
+        note(is_coarser ? formatted(is_told ? "for --mbit %.3g the stream is coded with CRF %.0f instead of %g"
+                                            : "the line of the viewer that steers carries %.3g Mbit/s: the stream is "
+                                              "coded with CRF %.0f instead of %g",
+                                    limit_mbps, crf(), asked_crf)
+                        : formatted("the stream is coded as asked for again, with CRF %g", asked_crf));
     }
+
+    double crf() const { return std::min(settings_.coding.crf + rate_.coarser(), double(worst_crf)); }
 
     void tell(Pace::Change change, const Samples& before, double sphere_s) const {
         const std::string rate = formatted("--rate %g", settings_.spheres_per_s);
@@ -290,7 +298,7 @@ private:
             *sum /= count;
         sums.spheres_per_s = busy_s_ > 0 ? double(intervals_) / busy_s_ : 0;
         sums.samples = pace_.samples();
-        sums.crf = std::min(settings_.coding.crf + rate_.coarser(), double(worst_crf));
+        sums.crf = crf();
         sums.coded_mbps = busy_s_ > 0 ? 1e-6 * coded_bits_ / busy_s_ : 0;
         sums.missed = stream_.spheres_missed();
         sums.poses = stream_.poses_heard();
@@ -318,6 +326,7 @@ private:
     int coding_ = 0;  // frames that the worker has not coded yet
     bool is_ready_ = false, is_rendering_ = false, has_rendered_ = false, was_idle_ = true, is_listening_ = false;
     bool is_ending_ = false, has_ended_ = false;
+    bool said_coarser_ = false;
     std::exception_ptr problem_;
     asio::thread_pool worker_{1};
     std::vector<Clock::time_point> restarts_;

@@ -95,7 +95,7 @@ void LiveEncoder::write(const Part& part) {
     writer_->write_depth(*depth_role_of(part.role), part.frame.planes.at("depth").view(), info);
 }
 
-/// Depth gives way after colour, as the sphere around a window after the window.
+/// A part's depth gives way so much after its colour.
 void LiveEncoder::set_quality(double coarser) {
     if (std::exchange(coarser_, coarser) == coarser)
         return;
@@ -120,6 +120,7 @@ LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::strin
     if (parts_.size() > 1)
         read(parts_.back(), window);
     Coded coded;
+    coarser = std::min(coarser, double(worst_crf) - coding_.crf);
     coded.coarser = coarser;
     if (!writer_) {
         open();

@@ -17,7 +17,7 @@ constexpr double behind_is_too_much_s = 0.25;
 /// Of what a line carries while it is full: what waits must become less.
 constexpr double share_used = 0.8;
 /// By which a line that is not full is tried again with more, a second.
-constexpr double growth_per_s = 1.2;
+constexpr double growth_per_s = 1.4;
 /// Lines that carry less are not told apart.
 constexpr double least_bps = 1e4;
 /// The window gives up so much before the sphere around it gives up anything.
@@ -53,6 +53,11 @@ void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
     else if (line_bps_ && delivery.behind_s == 0)
         line_bps_ = *line_bps_ * std::pow(growth_per_s, std::min(elapsed_s, watched_s));
     choose();
+}
+
+void RateControl::pause() {
+    spheres_.clear();
+    sent_.clear();
 }
 
 void RateControl::choose() {

@@ -25,6 +25,9 @@ public:
     /// The viewer that steers, whenever a sphere has been coded; another one begins anew.
     void delivered(double at_s, int viewer, const Delivery& delivery);
 
+    /// Nobody watches for a while: what was coded and sent before says nothing of what comes.
+    void pause();
+
     /// Steps of CRF beyond what was asked for, for the next sphere: 0 to coarsest.
     double coarser() const { return coarser_; }
     /// What the viewer's line is found to carry; nothing while all arrives as it is made.
@@ -32,7 +35,7 @@ public:
     /// What the stream may take: only where coarser() is above 0.
     double limit_bps() const { return limit_bps_; }
 
-    static constexpr double coarsest = 24;
+    static constexpr double coarsest = 30;
 
 private:
     struct Sphere {

@@ -2,6 +2,7 @@
 
 #include "web_connections.h"
 
+#include <client/transport/congestion.h>
 #include <equistream/error.h>
 
 #include <boost/asio/ip/host_name.hpp>
@@ -28,6 +29,8 @@ constexpr std::size_t largest_message = 4096 + 12;
 /// No more come in a second: each costs the processor something.
 constexpr std::chrono::milliseconds between_connections{10};
 constexpr std::chrono::seconds last_words{2};
+/// Of a stream, on its way from the server to this door.
+constexpr int waiting_bytes = 1 << 14;
 
 /// IPv4 addresses that IPv6 sockets see are IPv4 addresses; of IPv6 a network of 64 bits counts as one.
 net::ip::address counted_address(const net::ip::address& address) {
@@ -112,6 +115,8 @@ void WebDoor::Parts::accept() {
         if (error || gone || !asking.has_room_for(from))
             return;
         socket.set_option(tcp::no_delay(true), gone);
+        keep_little_unsent(socket.native_handle());
+        use_bbr(socket.native_handle());
         if (tls)
             hear(TlsStream(beast::tcp_stream(std::move(socket)), *tls), peer, from);
         else
@@ -140,6 +145,7 @@ void WebDoor::Parts::let_in(websocket::stream<Stream> browser, http::request<htt
         std::array<int, 2> ends{};
         if (failed || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
             return;
+        setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &waiting_bytes, sizeof waiting_bytes);
         Descriptor own_end(ends[0]), server_end(ends[1]);
         net::local::stream_protocol::socket own(io);
         Error error;

@@ -87,6 +87,8 @@ void choose_what_is_shown(Arguments& arguments, const cli::CommandLine& app) {
         ReadSettings read = read_kept_settings(settings.kept_in);
         if (!read.note.empty())
             note(read.note);
+        if (!read.may_be_written)
+            settings.kept_in.clear();
         settings.kept = std::move(read.kept);
         settings.kept.apply_to(settings.shown);
     }

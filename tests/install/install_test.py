@@ -20,6 +20,7 @@ HEADERS = {  # each with the languages it promises to be
     "equistream.h": ["c11", "c++17"],
     "conventions.h": ["c++17"],
     "camera.h": ["c++17"],
+    "image_motion.h": ["c++17"],
     "bound.h": ["c++17"],
     "aov.h": ["c++20"],
     "client.h": ["c11", "c++17"],

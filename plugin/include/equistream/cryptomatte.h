@@ -10,7 +10,7 @@
 
 namespace equistream {
 
-/// Objects or materials of a pixel that are kept, those that cover the most of it: three layers of two.
+/// Objects or materials of a pixel that are kept, the first ones that its samples meet: three layers of two.
 inline constexpr int cryptomatte_ranks = 6;
 
 /// MurmurHash3_x86_32 with seed 0, of the bytes of UTF-8.

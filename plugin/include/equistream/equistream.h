@@ -104,7 +104,8 @@ typedef struct es_sequence_settings {
      * window in a base. */
     uint32_t part_count, part;
     /* Of group "cryptomatte": what the objects and materials with the ids 1, 2 and so on are called. UTF-8; NULL, or
-     * fewer than there are ids: the others are called after their numbers. Borrowed until the call returns. */
+     * fewer than there are ids: the others are called after their numbers. `fingerprint` has to cover them. No hidden
+     * layer, no atlas, no accumulated frames, no base of a window. Borrowed until the call returns. */
     const char* const* object_names;
     const char* const* material_names;
     uint32_t object_name_count, material_name_count;

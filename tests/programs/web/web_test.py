@@ -493,6 +493,9 @@ class Serve(Web):
         self.browser.wait_for("globalThis.equistream?.times.firstPicture")
         self.browser.wait_for(f"equistream.shownFrame.frame.index === {FRAMES - 1}")
         self.assertEqual(self.said(), "")
+        self.browser.call("Page.navigate", url=address + "/#another-secret-than-the-server-has")
+        self.browser.wait_for("document.getElementById('problem')?.textContent.includes('hung up')")
+        self.assertNotIn("another-secret", self.said())
         self.assertGreaterEqual(self.end(server)["viewers"], 2)
 
         _, again = self.serve(stream, "--certificate", pem, web="https://127.0.0.1:0")

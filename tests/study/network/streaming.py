@@ -17,10 +17,8 @@ live: `equistream serve SCENE` over a line that carries ever less, and then all 
 """
 
 import argparse
-import functools
 import json
 import math
-import operator
 import os
 import pathlib
 import signal
@@ -54,6 +52,8 @@ LINES = {
 WAYS = {"tcp": "tcp", "tls": "tls", "reno": "tcp"}
 """Scheme of the address. reno: --other-bin's."""
 SEEDS = (1, 2)
+WORTH_SEEING_MS = 2000
+"""Where half of the spheres come later, a viewer sees the past, and nothing is scored."""
 LIVE = ("--size", "480x240", "--spp", "4", "--rate", "4")
 LIVE_SHARES = ((0, 1e9), (8, None), (24, 1e9))
 """From that second on the line carries so many Mbit/s; None: a tenth of what it carried until then."""
@@ -81,9 +81,11 @@ def receive(connection):
     while url := connection.recv(1000).decode():
         came, problem = [], None
         try:
-            for picture in equistream.open_stream(url):
+            stream = equistream.open_stream(url)
+            for picture in stream:
                 if picture.role == "main":
                     came.append((picture.info.time_s, time.monotonic(), picture.info.crf))
+            problem = stream.truncation or None
         except Exception as error:  # what went wrong is a finding too
             problem = str(error)
         connection.send(json.dumps({"came": came, "problem": problem}).encode())
@@ -154,8 +156,12 @@ def recorded(programs, stream, line, way, seed):
 
 
 def write_trace(file, came, began):
-    """The server sends the first sphere when a viewer has come, and each other one so much later as its time says."""
-    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at - began + came[0][0]:.6f}\n" for due, at, _ in came))
+    """The server sends the first sphere when a viewer has come, and each other one so much later as its time says. How late they came, in ms, once the
+    first second is over."""
+    arrivals = [(due, at - began + came[0][0]) for due, at, _ in came]
+    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at:.6f}\n" for due, at in arrivals))
+    late = sorted(1000 * (at - due) for due, at in arrivals if due >= came[0][0] + 1)
+    return {"median": round(statistics.median(late), 1), "p95": round(late[int(0.95 * (len(late) - 1))], 1), "most": round(late[-1], 1)} if late else None
 
 
 def seen(steps, name, network, scored):
@@ -186,8 +192,9 @@ def lines(options, steps, keep):
                 print(row, file=sys.stderr, flush=True)
                 if found["came"]:
                     key = f"{list(LINES).index(name)}-{way}-{seed}"
-                    traces[key] = row
-                    write_trace(steps.work / f"{key}.csv", found["came"], found["began"])
+                    row["late_ms"] = write_trace(steps.work / f"{key}.csv", found["came"], found["began"])
+                    if row["late_ms"] and row["late_ms"]["median"] < WORTH_SEEING_MS:
+                        traces[key] = row
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
     keep("lines", rows)
@@ -269,20 +276,23 @@ def decibels(mean_square):
 
 
 def line_rows(rows):
-    """A line and a way each: what a viewer loses beside a line that loses nothing, over all seeds."""
+    """A line and a way each, of all seeds: how late spheres come, and what a viewer loses beside a line that loses nothing."""
     def of(line, way):
-        return [row for row in rows if (row["line"], row["way"]) == (line, way) and "mean_square" in row]
+        return [row for row in rows if (row["line"], row["way"]) == (line, way) and row.get("late_ms")]
 
-    def mean(found, *keys):
-        return statistics.mean(functools.reduce(operator.getitem, keys, row) for row in found)
+    def squares(found):
+        return statistics.mean(row["mean_square"] for row in found)
 
-    whole = of("nothing lost", "tcp")
+    whole = squares(of("nothing lost", "tcp"))
     for line in LINES:
         for way in WAYS:
-            if found := of(line, way):
-                yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1),
-                       cell(decibels(mean(whole, "mean_square")) - decibels(mean(found, "mean_square"))), cell(min(row["worst_db"] for row in found), 1),
-                       cell(mean(found, "age_ms", "mean"), 0), cell(max(row["age_ms"]["max"] for row in found), 0), str(sum(row["cuts"] for row in found))]
+            if not (found := of(line, way)):
+                continue
+            is_scored = all("mean_square" in row for row in found)
+            late = [" to ".join(sorted({cell(row["late_ms"][key], 0) for row in found}, key=float)) for key in ("median", "p95", "most")]
+            yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1), *late,
+                   cell(decibels(whole) - decibels(squares(found))) if is_scored else "-",
+                   cell(statistics.mean(row["age_ms"]["mean"] for row in found), 0) if is_scored else "-"]
 
 
 def live_rows(found):
@@ -297,7 +307,8 @@ def live_rows(found):
 def write_page(found, page):
     text = page.read_text()
     if "lines" in found:
-        text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "lost to the viewer, dB", "worst refresh, dB", "age, ms", "oldest, ms", "cuts"], line_rows(found["lines"])))
+        text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "spheres come late, median, ms", "95 %", "the latest", "lost to the viewer, dB", "age of what is seen, ms"],
+                                                    line_rows(found["lines"])))
     if "live" in found:
         text = place(text, "live", "stream", table(["from", "the line carries, Mbit/s", "sent, Mbit/s", "spheres", "later, median, s", "latest, s", f"latest after {SETTLED_S} s", "CRF then"],
                                                    live_rows(found["live"])))

@@ -91,6 +91,15 @@ TEST(RateControl, KeepsToWhatItIsTold) {
     EXPECT_LT(watched.mean_bps_of_last(50), 0.55e6);
 }
 
+TEST(RateControl, KeepsToItAfterAPause) {
+    Watched watched(1e6);
+    watched.go_on(10, 20e6);
+    watched.now_s += 60;
+    watched.rate.pause();
+    watched.go_on(2, 20e6);
+    EXPECT_LT(*std::ranges::max_element(watched.bps.end() - 10, watched.bps.end()), 1.1e6);
+}
+
 TEST(RateControl, GivesUpSoMuchAndNoMore) {
     Watched watched(1e4);
     watched.go_on(10, 20e6);
