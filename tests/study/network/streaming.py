@@ -332,7 +332,8 @@ def main():
     kept = json.loads(options.out.read_text()) if options.out.exists() else {}
 
     def keep(part, found):
-        kept.update({"command": "tests/study/network/streaming.py --bin BIN --work W --out docs/results/stream.json", **provenance(options.bin, TESTS.parent), part: found})
+        kept.update({"command": "tests/study/network/streaming.py --bin BIN --work W --out docs/results/stream.json", part: found})
+        kept.setdefault("provenance", {})[part] = provenance(options.bin, TESTS.parent)
         write_whole(options.out, json.dumps(kept, indent=1) + "\n")
 
     for part in options.parts.split(","):
