@@ -13,7 +13,7 @@ import unittest
 SOURCE = pathlib.Path(sys.argv.pop(2))
 BIN = pathlib.Path(sys.argv.pop(1))
 SHARE = BIN.parent / "share"
-COMMANDS = ["render", "encode", "serve", "play", "view", "compare", "import", "info", "model", "scene", "farm", "study", "fit", "doctor"]
+COMMANDS = ["render", "encode", "serve", "play", "view", "compare", "import", "export", "info", "model", "scene", "farm", "study", "fit", "doctor"]
 COMPLETE = r"""
 source "$1"; shift
 COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))

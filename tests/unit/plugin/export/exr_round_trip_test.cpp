@@ -130,7 +130,7 @@ TEST_F(ExrRoundTrip, a_missing_plane_is_named_with_those_present) {
                   file.string() + ": expected plane backward, found colour, albedo, depth, forward, normal, "
                                   "object_id, material_id, instance_id, specular, "
                                   "virtual_depth, virtual_backward, virtual_forward, guide_albedo, guide_normal, raw, "
-                                  "samples, variance, reference, reference_repeat");
+                                  "samples, variance, reference, reference_repeat, crypto_object, crypto_material");
     }
 }
 

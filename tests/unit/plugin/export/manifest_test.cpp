@@ -291,8 +291,8 @@ TEST_F(FrameList, holds_finished_frames_only) {
 TEST(AovGroups, are_parsed_in_catalogue_order) {
     EXPECT_EQ(parse_aov_groups("none"), std::vector<std::string>{"colour"});
     EXPECT_EQ(parse_aov_groups("motion, depth"), (std::vector<std::string>{"colour", "depth", "backward", "forward"}));
-    EXPECT_EQ(parse_aov_groups("all").size(), aov_catalogue().size() - 7);
-    EXPECT_EQ(parse_aov_groups("all,raw,guides,samples,variance,reference").size(), aov_catalogue().size());
+    EXPECT_EQ(parse_aov_groups("all").size(), aov_catalogue().size() - 9);
+    EXPECT_EQ(parse_aov_groups("all,raw,guides,samples,variance,reference,cryptomatte").size(), aov_catalogue().size());
     for (const char* wrong : {"", "depht", "depth,,ids", "depth,none"}) {
         try {
             parse_aov_groups(wrong);

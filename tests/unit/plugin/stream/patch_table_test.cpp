@@ -191,10 +191,11 @@ TEST(MotionTable, TravelsWithMainsPicturesAlone) {
     const auto hidden = decode_frame_info(encode_frame_info(TrackRole::hidden, info));
     ASSERT_TRUE(hidden);
     EXPECT_TRUE(hidden->info.moving.empty());
-    // A stream from before motion was added ends where its size would stand; one byte says that nothing was denoised.
+    // A stream from before motion was added ends where its size would stand; one byte says that nothing was denoised,
+    // and one that the picture is of one eye.
     const auto table = pack_motion_table(info.moving, width, height);
     auto older = encode_frame_info(TrackRole::main, info);
-    older.resize(older.size() - table.size() - 2 - 1);
+    older.resize(older.size() - table.size() - 2 - 1 - 1);
     const auto size = std::uint16_t(older.size() - 20);
     older[18] = std::uint8_t(size & 0xff);
     older[19] = std::uint8_t(size >> 8);
