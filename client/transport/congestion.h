@@ -8,7 +8,7 @@ namespace equistream {
 bool use_bbr(int socket);
 /// Little waits in the system that it has not begun to send: more would be old by the time it goes.
 void keep_little_unsent(int socket);
-/// Whether this system lets anybody use BBR.
+/// Whether whoever runs this may use BBR.
 bool allows_bbr();
 
 }  // namespace equistream

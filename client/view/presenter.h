@@ -1,5 +1,6 @@
 #pragma once
-/// What a window shows of a source: frames as they come, seen from where the head will be, refresh by refresh.
+/// What a window shows of a source: frames as they come, seen from where the head will be when they are, refresh by
+/// refresh, in the displaying thread. Nothing is drawn that would look the same.
 #include "face/face.h"
 #include "head_motion.h"
 #include "input_box.h"
@@ -24,9 +25,6 @@
 #include <vector>
 
 namespace equistream {
-
-// What the window shows: frames as they come, seen from where the head will be when they are, refresh by refresh, in
-// the displaying thread. Nothing is drawn that would look the same.
 
 class Presenter {
 public:

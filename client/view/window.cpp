@@ -111,10 +111,6 @@ double beyond_dead_zone(float x) {
     return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), double(x));
 }
 
-}  // namespace
-
-namespace {
-
 /// Whether enough of it would be on a display to be seen and taken hold of.
 bool can_be_seen(const DesktopPlace& place) {
     constexpr int least_px = 64;

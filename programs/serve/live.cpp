@@ -143,10 +143,10 @@ private:
     /// Scene time goes on with the clock while somebody watches, and stands while nobody does.
     void order_next() {
         const auto now = Clock::now();
-        if (was_idle_)
+        if (was_idle_) {
             rate_.pause();
-        if (was_idle_)
             time_zero_ = now - in_clock(double(last_frame_ + 1) / frames_per_second_);
+        }
         const double time_s = std::chrono::duration<double>(now - time_zero_).count();
         const auto frame = std::int64_t(std::floor(time_s * frames_per_second_ + 1e-6));
         if (frame <= last_frame_) {  // quicker than the scene's own frames

@@ -31,6 +31,7 @@ import time
 TESTS = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(TESTS.parent / "programs/study"), str(TESTS / "stress"), str(TESTS / "programs"), str(TESTS / "programs/viewer"), str(pathlib.Path(__file__).resolve().parent)]
 from emulated import SERVER, Line, Network  # noqa: E402
+from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402
 from steps import Failed, Steps, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -334,7 +335,7 @@ def main():
     def keep(part, found):
         kept.update({"command": "tests/study/network/streaming.py --bin BIN --work W --out docs/results/stream.json", part: found})
         kept.setdefault("provenance", {})[part] = provenance(options.bin, TESTS.parent)
-        write_whole(options.out, json.dumps(kept, indent=1) + "\n")
+        write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
         {"lines": lines, "live": live, "faults": faults}[part](options, steps, keep)
