@@ -30,6 +30,7 @@ DRAWN = {
     "viewer, gpu": ["tests/study/viewer/gpu.py", "--results", "."],
     "trust": ["tests/study/trust.py", "trust.md"],
     "latency": ["tests/study/viewer/carrying.py", "--page", "latency.md"],
+    "stream": ["tests/study/network/streaming.py", "--out", "stream.json", "--page", "stream.md"],
 }
 
 
