@@ -1,5 +1,5 @@
 # Every library we use, found once. Debian 12's OpenColorIO and OpenImageIO CMake packages are broken
-# (wrong prefix; wants OpenCV): those two, FFmpeg, Highway, ISA-L, stb and xxHash come by pkg-config.
+# (wrong prefix; wants OpenCV): those two, FFmpeg, Highway, libdeflate, stb and xxHash come by pkg-config.
 find_package(Threads REQUIRED)
 find_package(glm REQUIRED)
 find_package(OpenEXR REQUIRED)
@@ -35,7 +35,7 @@ pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(ocio REQUIRED IMPORTED_TARGET OpenColorIO)
 pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavcodec libavformat libavutil libswscale)
 pkg_check_modules(hwy REQUIRED IMPORTED_TARGET libhwy)
-pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)
+pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(stb REQUIRED IMPORTED_TARGET stb)
 pkg_check_modules(epoxy REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(openxr REQUIRED IMPORTED_TARGET openxr)

@@ -237,23 +237,18 @@ void ExrSession::refuse(const std::string& expected, const std::string& found) c
     throw InputError(expected_found(file_.string(), expected, found));
 }
 
+ZipCompressor::ZipCompressor() : compressor_(libdeflate_alloc_compressor(1), libdeflate_free_compressor) {
+    if (!compressor_)
+        throw std::bad_alloc();
+}
+
 void ZipCompressor::compress(std::span<const std::uint8_t> packed, std::vector<std::uint8_t>& out) {
     predict(packed, predicted_);
     out.resize(packed.size());
-    isal_deflate_stateless_init(&stream_);
-    stream_.level = 1;
-    stream_.level_buf = level_buffer_.data();
-    stream_.level_buf_size = static_cast<std::uint32_t>(level_buffer_.size());
-    stream_.gzip_flag = IGZIP_ZLIB;
-    stream_.flush = NO_FLUSH;
-    stream_.end_of_stream = 1;
-    stream_.next_in = predicted_.data();
-    stream_.avail_in = static_cast<std::uint32_t>(packed.size());
-    stream_.next_out = out.data();
-    stream_.avail_out = static_cast<std::uint32_t>(out.size());
-    const bool done = isal_deflate_stateless(&stream_) == COMP_OK;
-    if (done && stream_.total_out < packed.size())
-        out.resize(stream_.total_out);
+    const std::size_t size =
+        libdeflate_zlib_compress(compressor_.get(), predicted_.data(), packed.size(), out.data(), out.size());
+    if (size > 0 && size < packed.size())
+        out.resize(size);
     else
         out.assign(packed.begin(), packed.end());
 }

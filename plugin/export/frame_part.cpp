@@ -5,7 +5,7 @@
 #include <equistream/sequence.h>
 #include <equistream/sequence_writer.h>
 
-#include <isa-l/crc.h>
+#include <libdeflate.h>
 
 #include <array>
 #include <fstream>
@@ -27,7 +27,7 @@ fs::path part_file(const fs::path& folder, std::int64_t index) {
 
 /// `before`: that of the bytes in front of these.
 std::uint32_t checksum_of(std::string_view bytes, std::uint32_t before = 0) {
-    return crc32_gzip_refl(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    return bytes.empty() ? before : libdeflate_crc32(before, bytes.data(), bytes.size());
 }
 
 /// A folder that another process renders into, or has removed, is left as it is.

@@ -1,6 +1,6 @@
 #include "png_check.h"
 
-#include <isa-l/crc.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ public:
     bool read(void* to, std::size_t bytes) {
         if (file_.read(to, bytes) != bytes)
             return false;
-        checksum_ = crc32_gzip_refl(checksum_, static_cast<const unsigned char*>(to), bytes);
+        checksum_ = libdeflate_crc32(checksum_, to, bytes);
         return true;
     }
     bool pass_over(std::size_t bytes) {

@@ -1,4 +1,4 @@
-/// Writing a 3840x1920 frame (half RGBA and float depth, two parts): ours (OpenEXRCore with ISA-L) against the stock
+/// Writing a 3840x1920 frame (half RGBA and float depth, two parts): ours (OpenEXRCore with libdeflate) against the stock
 /// OpenEXR C++ writer at its default ZIP level, and against a copy of the same bytes.
 #include "agreement.h"
 
