@@ -1,5 +1,5 @@
-/// Writing a 3840x1920 frame (half RGBA and float depth, two parts): ours (OpenEXRCore with libdeflate) against the stock
-/// OpenEXR C++ writer at its default ZIP level, and against a copy of the same bytes.
+/// Writing a 3840x1920 frame (half RGBA and float depth, two parts): ours (OpenEXRCore with libdeflate) against the
+/// stock OpenEXR C++ writer at its default ZIP level, and against a copy of the same bytes.
 #include "agreement.h"
 
 #include <equistream/sequence.h>
