@@ -71,10 +71,12 @@ void MediaClock::estimate() {
     }
     if (count == 0)
         values[count++] = 0;  // all is one stall's
-    const auto rank = std::size_t(std::ceil(options_.on_time_share * double(count)));
-    const auto on_time = values.begin() + std::ptrdiff_t(std::clamp<std::size_t>(rank, 1, count) - 1);
-    std::nth_element(values.begin(), on_time, values.begin() + std::ptrdiff_t(count));
-    playout_delay_s_ = std::max(options_.min_delay_s, *on_time);
+    std::sort(values.begin(), values.begin() + std::ptrdiff_t(count));
+    const auto takes = [&](double share) {
+        return values[std::clamp<std::size_t>(std::size_t(std::ceil(share * double(count))), 1, count) - 1];
+    };
+    playout_delay_s_ = std::max(options_.min_delay_s, takes(options_.on_time_share));
+    usually_late_s_ = std::max(0.0, takes(options_.usual_share) - playout_delay_s_);
     if (sample_count_ < options_.start_frames)
         playout_delay_s_ = std::max(playout_delay_s_, options_.start_delay_s);
 
@@ -96,7 +98,7 @@ double MediaClock::advance_s(double display_s, double elapsed_s) {
     const double towards_s = elapsed_s + behind_s * -std::expm1(-elapsed_s / options_.settle_s);
     const double fastest = std::min(options_.max_rate, rate_ + options_.max_rate_rise_per_s * elapsed_s);
     const double steady = std::min(std::max(towards_s / elapsed_s, options_.min_rate), fastest);
-    const double room_s = newest_s_ + interval_s_ + options_.overrun_s - shown_s_;
+    const double room_s = newest_s_ + interval_s_ + usually_late_s_ + options_.overrun_s - shown_s_;
     return advance_within(room_s, options_.overrun_s, steady, elapsed_s);
 }
 

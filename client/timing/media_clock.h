@@ -8,14 +8,14 @@
 /// networks"), without their talk spurts: delay changes by playing a little faster or slower. Head motion does not wait
 /// for any of this: poses are new at every refresh.
 ///
-/// With room = newest frame + interval + overrun_s - shown, the rate is the least of
+/// With room = newest frame + interval + usual lateness + overrun_s - shown, the rate is the least of
 ///     max_rate, what it was before + max_rate_rise_per_s per second         never a jolt forward
 ///     1 + behind / settle_s (at least min_rate)                             towards the play-out delay
 ///     room / overrun_s                                                     eased to a halt where nothing comes
 /// all integrated exactly over a refresh, so that the refresh rate does not matter. What is shown while frames come in
 /// time is therefore display time less a constant, at rate 1; when they stop, at a rate falling exponentially, at most
-/// overrun_s beyond where the next frame was due; when they come again, up to max_rate faster until it is level, which
-/// passes over frames. Never backward.
+/// overrun_s beyond where the next frame would usually have come; when they come again, up to max_rate faster until it
+/// is level, which passes over frames. Never backward.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,13 +28,14 @@ struct MediaClockOptions {
     std::size_t start_frames = 16;  ///< at most media_clock_window
     double min_delay_s = 0.005;     ///< play-out delay: what decoding and uploading may vary by
     double max_delay_s = 0.25;      ///< frames that are later than that are no jitter but a stall
-    double on_time_share = 0.95;    ///< of frames, that the play-out delay waits for
+    double on_time_share = 0.5;     ///< of frames, that the play-out delay waits for
+    double usual_share = 0.95;      ///< of frames: one of them that comes later than it is due does not slow the clock
     double window_s = 5;            ///< what is known of the path is that old at most
     double settle_s = 0.5;          ///< time constant of coming level
     double min_rate = 0.5;          ///< while frames come
     double max_rate = 4;
     double max_rate_rise_per_s = 6;
-    double overrun_s = 0.2;    ///< beyond where the next frame was due, and the time constant of the halt
+    double overrun_s = 0.2;    ///< beyond where the next frame usually comes, and the time constant of the halt
     double skip_behind_s = 5;  ///< further behind, nothing that is seen leads to what comes: a cut
     double pause_s = 1;        ///< without a refresh for so long, nobody looks: a cut as well
 };
@@ -94,7 +95,7 @@ private:
     MediaClockOptions options_;
     std::array<Sample, media_clock_window> samples_{};
     std::size_t sample_count_ = 0;  ///< ever
-    double path_delay_s_ = 0, playout_delay_s_ = 0, interval_s_ = 1.0 / 30;
+    double path_delay_s_ = 0, playout_delay_s_ = 0, usually_late_s_ = 0, interval_s_ = 1.0 / 30;
     double first_s_ = 0, newest_s_ = 0;  ///< frame times
     bool ended_ = false;
 

@@ -11,7 +11,7 @@ namespace equistream {
 namespace {
 
 /// In the order of Scheme; all are as long as each other.
-constexpr std::array<std::string_view, 2> schemes{"tcp://", "tls://"};
+constexpr std::array<std::string_view, 3> schemes{"tcp://", "tls://", "srt://"};
 constexpr std::size_t scheme_chars = schemes[0].size();
 
 std::optional<Scheme> scheme_of(std::string_view text) {

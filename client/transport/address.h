@@ -1,12 +1,12 @@
 #pragma once
-/// Where a server is and how it is spoken to: tcp://HOST:PORT or tls://SECRET@HOST:PORT.
+/// Where a server is and how it is spoken to: tcp://HOST:PORT, tls://SECRET@HOST:PORT or srt://SECRET@HOST:PORT.
 #include <cstdint>
 #include <optional>
 #include <string>
 
 namespace equistream {
 
-enum class Scheme { tcp, tls };
+enum class Scheme { tcp, tls, srt };
 
 /// Whether both ends must know a secret.
 constexpr bool is_encrypted(Scheme scheme) {
@@ -32,7 +32,7 @@ inline constexpr const char* secret_variable = "EQUISTREAM_SECRET";
 /// Nothing for what is no such address. tcp:// has no secret.
 std::optional<ServerAddress> parse_server_address(const std::string& source);
 
-/// Whether it says that it is one: it begins with tcp:// or tls://.
+/// Whether it says that it is one: it begins with tcp://, tls:// or srt://.
 bool names_server(const std::string& source);
 
 /// The text with "***" for every secret in an address of it.

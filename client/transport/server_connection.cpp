@@ -2,6 +2,7 @@
 
 #include "address.h"
 #include "secret.h"
+#include "srt_wire.h"
 #include "wire.h"
 
 #include <equistream/error.h>
@@ -15,6 +16,7 @@
 #include <array>
 #include <condition_variable>
 #include <cstdlib>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -45,8 +47,8 @@ std::shared_ptr<asio::ssl::context> context_for(const ServerAddress& address) {
     const std::string secret = address.secret.empty() && variable != nullptr ? variable : address.secret;
     const std::string where = address.text();
     if (secret.empty())
-        throw InputError(expected_found(
-            where, std::string("the server's secret: tls://SECRET@HOST:PORT, or ") + secret_variable, "none"));
+        throw InputError(
+            expected_found(where, std::string("the server's secret: SECRET@HOST:PORT, or ") + secret_variable, "none"));
     require_secret(secret, where);
     return secret_context(secret, TlsRole::client);
 }
@@ -126,6 +128,14 @@ private:
     // From here on in the thread.
 
     void resolve(const ServerAddress& address) {
+        if (address.scheme == Scheme::srt)
+            return udp_resolver_.async_resolve(
+                address.host, std::to_string(address.port),
+                [this](const asio::error_code& error, const asio::ip::udp::resolver::results_type& found) {
+                    if (error)
+                        return fail("a server", error);
+                    connect(found.begin());
+                });
         resolver_.async_resolve(address.host, std::to_string(address.port),
                                 [this](const asio::error_code& error, const tcp::resolver::results_type& found) {
                                     if (error)
@@ -141,11 +151,30 @@ private:
             open(context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_)));
         });
     }
-    void open(std::unique_ptr<Wire> wire) {
+    /// One address after the other, until a server answers.
+    void connect(const asio::ip::udp::resolver::results_type::iterator& candidate) {
+        std::unique_ptr<Wire> wire;
+        try {
+            wire = srt_wire(io_.get_executor(), candidate->endpoint(), context_, silence_s_);
+        } catch (const WorkError& error) {
+            return change([&] { problem_ = {"a socket for SRT", error.what()}; });
+        }
+        open(std::move(wire), [this, next = std::next(candidate)] {
+            if (next == asio::ip::udp::resolver::results_type::iterator())
+                return false;
+            connect(next);
+            return true;
+        });
+    }
+    /// `connect_elsewhere` is asked where no server answers; false: there is nowhere else.
+    void open(std::unique_ptr<Wire> wire, std::function<bool()> connect_elsewhere = {}) {
         wire_ = std::move(wire);
-        wire_->open([this](const asio::error_code& refused) {
+        wire_->open([this, connect_elsewhere = std::move(connect_elsewhere)](const asio::error_code& refused) {
+            const bool is_nobody = connect_elsewhere && refused.category() == asio::system_category();
+            if (refused && is_nobody && connect_elsewhere())
+                return;
             if (refused)
-                return fail("a server that knows the secret", refused);
+                return fail(is_nobody ? "a server" : "a server that knows the secret", refused);
             change([this] { is_open_ = true; });
             read();
         });
@@ -203,6 +232,7 @@ private:
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
     tcp::resolver resolver_{io_};
+    asio::ip::udp::resolver udp_resolver_{io_};
     tcp::socket socket_{io_};
     std::unique_ptr<Wire> wire_;
     std::array<char, 1 << 16> chunk_{};
@@ -214,9 +244,10 @@ ServerConnection::ServerConnection(const std::string& address, PoseSender* poses
     : poses_(poses), interrupted_(std::move(interrupted)), patience_(patience) {
     const auto server = parse_server_address(address);
     if (!server || server->host.empty() || server->port == 0)
-        throw InputError(expected_found(without_secrets(address),
-                                        "tcp://HOST:PORT with a port of 1 to 65535, or tls://SECRET@HOST:PORT",
-                                        "another address"));
+        throw InputError(expected_found(
+            without_secrets(address),
+            "tcp://HOST:PORT with a port of 1 to 65535, tls://SECRET@HOST:PORT or srt://SECRET@HOST:PORT",
+            "another address"));
     line_ = std::make_unique<Line>(*server, patience_.silence_s);
     switch (line_->wait_until_open(patience_.connect_s, interrupted_)) {
     case Line::Waited::too_long:

@@ -1,5 +1,5 @@
 #pragma once
-/// Bytes both ways between a server and a client, whatever carries them: TCP, or TLS over it.
+/// Bytes both ways between a server and a client, whatever carries them: TCP, or TLS over TCP or SRT.
 ///
 /// One thread: that of the io_context. Of each kind one call waits at a time. A callback comes from the io_context,
 /// never from within the call; after close() with an error. A wire may be destroyed once its callbacks have come.

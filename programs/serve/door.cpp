@@ -1,7 +1,13 @@
 #include "door.h"
 
 #include <client/transport/secret.h>
+#include <client/transport/srt_wire.h>
 #include <programs/cli/program.h>
+
+#include <equistream/error.h>
+#include <equistream/text.h>
+
+#include <asio/ip/udp.hpp>
 
 #include <utility>
 
@@ -14,6 +20,102 @@ namespace {
 void require_free(const std::string& where, const asio::error_code& error) {
     cli::require(!error, where, "an address that is free and this machine's", error.message());
 }
+
+ServerAddress address_of(Scheme scheme, const auto& endpoint) {
+    return {.scheme = scheme, .host = endpoint.address().to_string(), .port = endpoint.port()};
+}
+
+/// TCP, or TLS over it.
+class TcpDoor : public Door {
+public:
+    TcpDoor(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
+            const std::string& option)
+        : acceptor_(io), scheme_(address.scheme), patience_s_(patience_s) {
+        const tcp::endpoint endpoint = resolve(address, option);
+        asio::error_code error;
+        acceptor_.open(endpoint.protocol(), error);
+        if (!error)
+            acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+        if (!error)
+            acceptor_.bind(endpoint, error);
+        require_free(option + " " + address.text(), error);
+        if (is_encrypted(scheme_))
+            context_ = secret_context(secret, TlsRole::server);
+    }
+
+    void listen(const std::string& option) override {
+        asio::error_code error;
+        acceptor_.listen(asio::socket_base::max_listen_connections, error);
+        require_free(option + " " + address().text(), error);
+    }
+    void accept(Came came) override {
+        acceptor_.async_accept([this, came = std::move(came)](const asio::error_code& error, tcp::socket socket) {
+            if (error || !acceptor_.is_open())
+                return came(error ? error : asio::error_code(asio::error::operation_aborted), {});
+            asio::error_code gone;
+            const tcp::endpoint peer = socket.remote_endpoint(gone);
+            if (gone)  // it has hung up already
+                return accept(came);
+            prepare(socket, patience_s_);
+            auto wire = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
+            came({}, {std::move(wire), peer.address(), peer.port()});
+        });
+    }
+    void close() override {
+        asio::error_code ignored;
+        acceptor_.close(ignored);
+    }
+    bool is_open() const override { return acceptor_.is_open(); }
+    ServerAddress address() const override { return address_of(scheme_, acceptor_.local_endpoint()); }
+
+private:
+    tcp::acceptor acceptor_;
+    Scheme scheme_;
+    double patience_s_;
+    std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
+};
+
+auto or_taken(const std::string& where, auto call) {
+    try {
+        return call();
+    } catch (const WorkError& error) {
+        throw InputError(expected_found(where, "an address that is free and this machine's", error.what()));
+    }
+}
+
+class SrtDoor : public Door {
+public:
+    SrtDoor(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
+            const std::string& option)
+        : listener_(or_taken(option + " " + address.text(),
+                             [&] {
+                                 const tcp::endpoint endpoint = resolve(address, option);
+                                 return std::make_unique<SrtListener>(
+                                     io.get_executor(), asio::ip::udp::endpoint(endpoint.address(), endpoint.port()),
+                                     secret_context(secret, TlsRole::server), patience_s);
+                             })),
+          address_(address_of(Scheme::srt, listener_->address())) {}
+
+    void listen(const std::string& option) override {
+        or_taken(option + " " + address_.text(), [this] {
+            listener_->listen();
+            return 0;
+        });
+    }
+    void accept(Came came) override {
+        listener_->accept(
+            [came = std::move(came)](const asio::error_code& error, std::unique_ptr<Wire> wire, const auto& peer) {
+                came(error, {std::move(wire), peer.address(), peer.port()});
+            });
+    }
+    void close() override { listener_->close(); }
+    bool is_open() const override { return listener_->is_open(); }
+    ServerAddress address() const override { return address_; }
+
+private:
+    std::unique_ptr<SrtListener> listener_;
+    ServerAddress address_;
+};
 
 }  // namespace
 
@@ -28,49 +130,11 @@ tcp::endpoint resolve(const ServerAddress& address, const std::string& option) {
     return found.begin()->endpoint();
 }
 
-Door::Door(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
-           const std::string& option)
-    : acceptor_(io), scheme_(address.scheme), patience_s_(patience_s) {
-    const tcp::endpoint endpoint = resolve(address, option);
-    asio::error_code error;
-    acceptor_.open(endpoint.protocol(), error);
-    if (!error)
-        acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error)
-        acceptor_.bind(endpoint, error);
-    require_free(option + " " + address.text(), error);
-    if (is_encrypted(scheme_))
-        context_ = secret_context(secret, TlsRole::server);
-}
-
-void Door::listen(const std::string& option) {
-    asio::error_code error;
-    acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    require_free(option + " " + address().text(), error);
-}
-
-void Door::accept(Came came) {
-    acceptor_.async_accept([this, came = std::move(came)](const asio::error_code& error, tcp::socket socket) {
-        if (error || !acceptor_.is_open())
-            return came(error ? error : asio::error_code(asio::error::operation_aborted), {});
-        asio::error_code gone;
-        const tcp::endpoint peer = socket.remote_endpoint(gone);
-        if (gone)  // it has hung up already
-            return accept(came);
-        prepare(socket, patience_s_);
-        auto wire = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
-        came({}, {std::move(wire), peer.address(), peer.port()});
-    });
-}
-
-void Door::close() {
-    asio::error_code ignored;
-    acceptor_.close(ignored);
-}
-
-ServerAddress Door::address() const {
-    const tcp::endpoint endpoint = acceptor_.local_endpoint();
-    return {.scheme = scheme_, .host = endpoint.address().to_string(), .port = endpoint.port()};
+std::unique_ptr<Door> bind_door(asio::io_context& io, const ServerAddress& address, const std::string& secret,
+                                double patience_s, const std::string& option) {
+    if (address.scheme == Scheme::srt)
+        return std::make_unique<SrtDoor>(io, address, secret, patience_s, option);
+    return std::make_unique<TcpDoor>(io, address, secret, patience_s, option);
 }
 
 std::string peer_text(const asio::ip::address& address, std::uint16_t port) {

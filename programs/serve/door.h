@@ -1,5 +1,5 @@
 #pragma once
-/// Where viewers come: tcp:// or tls://.
+/// Where viewers come: tcp://, tls:// or srt://.
 #include <client/transport/address.h>
 #include <client/transport/wire.h>
 
@@ -27,28 +27,23 @@ public:
     };
     using Came = std::function<void(const asio::error_code&, Guest)>;
 
-    /// Bound, not yet listening. `secret` is what those who come to tls:// must know. Who vanishes is noticed after
-    /// `patience_s`. Throws InputError naming `option` where the address is taken or not this machine's.
-    Door(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
-         const std::string& option);
-
+    virtual ~Door() = default;
     /// Once, before accept(). Throws InputError naming `option` where the address is taken meanwhile.
-    void listen(const std::string& option);
+    virtual void listen(const std::string& option) = 0;
     /// One call waits at a time.
-    void accept(Came came);
+    virtual void accept(Came came) = 0;
     /// A call that waits fails.
-    void close();
-    bool is_open() const { return acceptor_.is_open(); }
+    virtual void close() = 0;
+    virtual bool is_open() const = 0;
     /// Without the secret.
-    ServerAddress address() const;
-    bool is_local() const { return acceptor_.local_endpoint().address().is_loopback(); }
-
-private:
-    asio::ip::tcp::acceptor acceptor_;
-    Scheme scheme_;
-    double patience_s_;
-    std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
+    virtual ServerAddress address() const = 0;
+    bool is_local() const { return asio::ip::make_address(address().host).is_loopback(); }
 };
+
+/// Bound, not yet listening. `secret` is what those who come to tls:// or srt:// must know. Who vanishes is noticed
+/// after `patience_s`. Throws InputError naming `option` where the address is taken or not this machine's.
+std::unique_ptr<Door> bind_door(asio::io_context& io, const ServerAddress& address, const std::string& secret,
+                                double patience_s, const std::string& option);
 
 /// "192.0.2.1:51234", "[2001:db8::5]:51234"
 std::string peer_text(const asio::ip::address& address, std::uint16_t port);

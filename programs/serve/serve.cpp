@@ -113,7 +113,8 @@ void report(const Options& options, const LiveFigures& figures) {
 
 ServerAddress listen_address(const std::string& listen) {
     auto address = parse_server_address(listen);
-    cli::require(address.has_value(), "--listen", "tcp://HOST:PORT or tls://HOST:PORT with a port of 0 to 65535",
+    cli::require(address.has_value(), "--listen",
+                 "tcp://HOST:PORT, tls://HOST:PORT or srt://HOST:PORT with a port of 0 to 65535",
                  "'" + without_secrets(listen) + "'");
     return *address;
 }
@@ -133,7 +134,8 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
     return variable;
 }
 
-const char* const needs_open = "beyond this machine tls://, or --open, by which everybody can watch and steer";
+const char* const needs_open =
+    "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer";
 
 void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_encrypted) {
     log_note(log, is_encrypted ? "whoever knows the secret and reaches " + url +
@@ -192,11 +194,11 @@ struct Entrance {
         : wanted(listen_address(options.listen.empty() ? "tcp://:0" : options.listen)),
           needs_secret(is_encrypted(wanted.scheme) || has_https(options)),
           secret(needs_secret ? secret_for(wanted, options.secret_file) : ""),
-          door(std::make_unique<Door>(io, wanted, secret, options.live.settings.server.patience_s, "--listen")),
+          door(bind_door(io, wanted, secret, options.live.settings.server.patience_s, "--listen")),
           stop(io, SIGINT, SIGTERM), address(door->address()) {
         const bool is_safe = is_encrypted(wanted.scheme);
         cli::require(needs_secret || options.secret_file.empty(), "--secret-file",
-                     "--listen tls:// or --web https:// beside it", wanted.text());
+                     "--listen tls:// or srt://, or --web https:// beside it", wanted.text());
         cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(), needs_open, "neither");
         is_new = wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr;
         if (is_safe && is_new)
@@ -279,8 +281,9 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
                    "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
                    "render about the scene");
     app.add_option("--listen", options.listen,
-                   "tcp://HOST:PORT, or tls://HOST:PORT for viewers that know a secret, encrypted; without a host this "
-                   "machine alone can connect (127.0.0.1), port 0 is one that is free. Required without --web");
+                   "tcp://HOST:PORT; tls://HOST:PORT for viewers that know a secret, encrypted; srt://HOST:PORT, the "
+                   "same over UDP, for networks that lose packets. Without a host this machine alone can connect "
+                   "(127.0.0.1), port 0 is one that is free. Required without --web");
     app.add_option(
         "--web", options.web,
         "PORT or HOST:PORT of a page that shows the stream in a browser, or https://HOST:PORT, encrypted and "
@@ -289,9 +292,10 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         "--certificate", options.certificate,
         "Of https://: a file (PEM) with a private key and its certificate; one that vouches for itself is made "
         "where it is not there. Without it each start makes a new one");
-    app.add_option("--secret-file", options.secret_file,
-                   "Of tls:// and https://: its first line is the secret; made where it is not there. Without it the "
-                   "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
+    app.add_option(
+        "--secret-file", options.secret_file,
+        "Of tls://, srt:// and https://: its first line is the secret; made where it is not there. Without it the "
+        "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
     app.add_flag("--open", options.open,
                  "With tcp:// or --web HOST:PORT beyond this machine: everybody who reaches it can watch and steer");
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");

@@ -59,7 +59,7 @@ void ours(benchmark::State& state, const char* scheme) {
     asio::io_context io;
     Everything everything;
     const auto address = parse_server_address(std::string(scheme) + "://127.0.0.1:0");
-    auto door = std::make_unique<serve::Door>(io, *address, secret, 10, "bench");
+    auto door = serve::bind_door(io, *address, secret, 10, "bench");
     serve::ServerSettings settings;
     settings.log = cli::ProgressStyle::none;
     door->listen("bench");

@@ -50,7 +50,7 @@ LINES = {
     "5 % lost, 200 ms of jitter": Line(loss=0.05, jitter_s=0.2),
     "silence of 1 s": Line(silent=(3, 4)),
 }
-WAYS = {"tcp": "tcp", "tls": "tls", "reno": "tcp"}
+WAYS = {"tcp": "tcp", "tls": "tls", "srt": "srt", "reno": "tcp"}
 """Scheme of the address. reno: --other-bin's."""
 SEEDS = (1, 2)
 WORTH_SEEING_MS = 2000
@@ -125,7 +125,7 @@ class Server:
 
 
 def address(scheme):
-    return f"{scheme}://{SECRET + '@' if scheme == 'tls' else ''}{SERVER}:9000".encode()
+    return f"{scheme}://{'' if scheme == 'tcp' else SECRET + '@'}{SERVER}:9000".encode()
 
 
 def in_a_child(work):
@@ -176,12 +176,12 @@ def seen(steps, name, network, scored):
             "age_ms": report["age_ms"], "cuts": report["cuts"], "blank": report["blank"]}
 
 
-def lines(options, steps, keep):
+def lines(options, steps, keep, kept):
     """First all that takes its own time, then what takes a processor's."""
     scored = make_inputs(steps)
     rows, traces = [], {}
     for name, line in LINES.items():
-        for way in WAYS:
+        for way in options.ways.split(","):
             if way == "reno" and not options.other_bin:
                 continue
             for seed in SEEDS:
@@ -198,10 +198,10 @@ def lines(options, steps, keep):
                         traces[key] = row
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
-    keep("lines", rows)
+    keep("lines", [*(row for row in kept if row["way"] not in options.ways.split(",")), *rows])
 
 
-def live(options, steps, keep):
+def live(options, steps, keep, kept):
     steps.run("pavilion", "scene", "generate", "pavilion", "--out", "pavilion")
     keep("live", in_a_child(lambda: watched_live(options.bin, steps.work / "pavilion/pavilion.json")))
 
@@ -230,7 +230,7 @@ def viewed(programs, display, url):
     return subprocess.Popen([programs / "equistream-view", url, "--size", "320x180", "--json"], env=display.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def faults(options, steps, keep):
+def faults(options, steps, keep, kept):
     from display import Display
     make_inputs(steps)
     display, stream = Display(), steps.work / "motion.mkv"
@@ -323,6 +323,7 @@ def main():
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
     parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
     parser.add_argument("--parts", default="lines,live,faults", help="which of them")
+    parser.add_argument("--ways", default=",".join(WAYS), help="of the lines; figures of others are kept")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
     if not options.bin:
@@ -338,7 +339,7 @@ def main():
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
-        {"lines": lines, "live": live, "faults": faults}[part](options, steps, keep)
+        {"lines": lines, "live": live, "faults": faults}[part](options, steps, keep, kept.get(part, []))
     write_page(kept, options.page)
 
 

@@ -2,6 +2,7 @@
 #include <client/transport/address.h>
 #include <client/transport/secret.h>
 #include <client/transport/server_connection.h>
+#include <client/transport/srt_wire.h>
 #include <client/transport/wire.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
@@ -19,6 +20,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -40,6 +42,7 @@ TEST(ServerAddresses, AreReadAsTheyAreWritten) {
     EXPECT_EQ(address.secret, secret);
     EXPECT_EQ(address.text(), "tls://[2001:db8::5]:9000");
     EXPECT_EQ(address.text_with_secret(), "tls://" + secret + "@[2001:db8::5]:9000");
+    EXPECT_EQ(parse_server_address("srt://host:1").value().scheme, Scheme::srt);
     EXPECT_EQ(parse_server_address("tcp://:0").value().text(), "tcp://:0");
     EXPECT_EQ(parse_server_address("tls://host:1").value().text_with_secret(), "tls://host:1");
     for (const char* bad : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0",
@@ -89,25 +92,19 @@ public:
     enum class End { says_so, breaks_off };
 
     /// Speaks by `context`, or plainly.
-    Answering(std::shared_ptr<asio::ssl::context> context, std::string answer, End end = End::says_so)
+    Answering(std::shared_ptr<asio::ssl::context> context, std::string answer, End end = End::says_so,
+              Scheme scheme = Scheme::tls)
         : context_(std::move(context)), answer_(std::move(answer)), end_(end) {
-        acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
-            if (error)
-                return;
-            wire_ = context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket));
-            wire_->open([this](const asio::error_code& refused) {
-                agreed_.set_value(!refused);
-                if (refused)
-                    return wire_->close();
-                hear();
-            });
-        });
+        if (scheme == Scheme::srt)
+            listen_by_srt();
+        else
+            listen_by_tcp();
         thread_ = std::thread([this] { io_.run(); });
     }
     ~Answering() {
         work_.reset();
         asio::post(io_, [this] {
-            acceptor_.close();
+            close_();
             if (wire_)
                 wire_->close();
         });
@@ -115,8 +112,7 @@ public:
     }
     /// Empty: no secret is said.
     std::string address(const std::string& its_secret) const {
-        return "tls://" + (its_secret.empty() ? "" : its_secret + "@") +
-               "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port());
+        return scheme_ + (its_secret.empty() ? "" : its_secret + "@") + "127.0.0.1:" + std::to_string(port_);
     }
     std::future<std::string> heard() { return heard_.get_future(); }
     std::future<bool> agreed_with() { return agreed_.get_future(); }
@@ -124,6 +120,37 @@ public:
     std::future<asio::error_code> ended() { return ended_.get_future(); }
 
 private:
+    void listen_by_tcp() {
+        using asio::ip::tcp;
+        const auto acceptor = std::make_shared<tcp::acceptor>(io_, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+        port_ = acceptor->local_endpoint().port();
+        close_ = [acceptor] { acceptor->close(); };
+        acceptor->async_accept([this](const asio::error_code& error, tcp::socket socket) {
+            if (!error)
+                open(context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket)));
+        });
+    }
+    void listen_by_srt() {
+        scheme_ = "srt://";
+        const auto listener = std::make_shared<SrtListener>(
+            io_.get_executor(), asio::ip::udp::endpoint(asio::ip::address_v4::loopback(), 0), context_, 10);
+        port_ = listener->address().port();
+        close_ = [listener] { listener->close(); };
+        listener->listen();
+        listener->accept([this](const asio::error_code& error, std::unique_ptr<Wire> wire, const auto&) {
+            if (!error)
+                open(std::move(wire));
+        });
+    }
+    void open(std::unique_ptr<Wire> wire) {
+        wire_ = std::move(wire);
+        wire_->open([this](const asio::error_code& refused) {
+            agreed_.set_value(!refused);
+            if (refused)
+                return wire_->close();
+            hear();
+        });
+    }
     void hear() {
         wire_->read_some(said_, [this](const asio::error_code& error, std::size_t count) {
             if (error)
@@ -150,7 +177,9 @@ private:
     End end_;
     asio::io_context io_{1};
     std::optional<asio::executor_work_guard<asio::io_context::executor_type>> work_{io_.get_executor()};
-    asio::ip::tcp::acceptor acceptor_{io_, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0)};
+    std::string scheme_ = "tls://";
+    std::uint16_t port_ = 0;
+    std::function<void()> close_;  // where it listens
     std::unique_ptr<Wire> wire_;
     bool has_heard_ = false;
     std::array<char, 256> said_{};
@@ -182,9 +211,14 @@ ViewerPose pose_at(double x_m) {
     return {1, {{x_m, 2, 3}, {1, 0, 0, 0}}, {}};
 }
 
-TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
+class EncryptedConnections : public testing::TestWithParam<Scheme> {};
+
+INSTANTIATE_TEST_SUITE_P(Over, EncryptedConnections, testing::Values(Scheme::tls, Scheme::srt),
+                         [](const auto& scheme) { return scheme.param == Scheme::tls ? "tls" : "srt"; });
+
+TEST_P(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
     const std::string answer = long_answer(1'000'000);
-    Answering server(secret_context(secret, TlsRole::server), answer);
+    Answering server(secret_context(secret, TlsRole::server), answer, Answering::End::says_so, GetParam());
     PoseSender poses;
     ServerConnection connection(server.address(secret), &poses, {});
     EXPECT_TRUE(poses.send(pose_at(1)));
@@ -201,9 +235,9 @@ TEST(EncryptedConnections, CarryBytesBothWaysAndTheirEnd) {
 }
 
 /// What a viewer says once the server has said all must take nothing of it back.
-TEST(EncryptedConnections, HeadsThatMoveAfterTheEndLoseNothing) {
+TEST_P(EncryptedConnections, HeadsThatMoveAfterTheEndLoseNothing) {
     const std::string answer = long_answer(12'000'000);
-    Answering server(secret_context(secret, TlsRole::server), answer);
+    Answering server(secret_context(secret, TlsRole::server), answer, Answering::End::says_so, GetParam());
     auto ended = server.ended();
     std::string got;
     {
@@ -222,8 +256,8 @@ TEST(EncryptedConnections, HeadsThatMoveAfterTheEndLoseNothing) {
     EXPECT_EQ(ended.get(), asio::error::eof);
 }
 
-TEST(EncryptedConnections, OneThatIsCutIsNoEnd) {
-    Answering server(secret_context(secret, TlsRole::server), "all", Answering::End::breaks_off);
+TEST_P(EncryptedConnections, OneThatIsCutIsNoEnd) {
+    Answering server(secret_context(secret, TlsRole::server), "all", Answering::End::breaks_off, GetParam());
     PoseSender poses;
     ServerConnection connection(server.address(secret), &poses, {});
     poses.send(pose_at(1));
@@ -232,7 +266,7 @@ TEST(EncryptedConnections, OneThatIsCutIsNoEnd) {
     EXPECT_THROW(connection.read(block), WorkError);
 }
 
-TEST(EncryptedConnections, TheEnvironmentMaySayTheSecret) {
+TEST(TlsConnections, TheEnvironmentMaySayTheSecret) {
     Answering server(secret_context(secret, TlsRole::server), "all");
     setenv(secret_variable, secret.c_str(), 1);
     EXPECT_NO_THROW(ServerConnection(server.address(""), nullptr, {}));
@@ -240,20 +274,20 @@ TEST(EncryptedConnections, TheEnvironmentMaySayTheSecret) {
     EXPECT_THROW(ServerConnection(server.address(""), nullptr, {}), InputError);
 }
 
-TEST(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
-    Answering server(secret_context(secret, TlsRole::server), "all");
+TEST_P(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
+    Answering server(secret_context(secret, TlsRole::server), "all", Answering::End::says_so, GetParam());
     auto agreed = server.agreed_with();
     EXPECT_NE(refusal(server, "another-secret-of-enough").find("expected a server that knows the secret"),
               std::string::npos);
     EXPECT_FALSE(agreed.get());
 }
 
-TEST(EncryptedConnections, APlainServerIsRefused) {
+TEST(TlsConnections, APlainServerIsRefused) {
     Answering server(nullptr, "all");
     EXPECT_NE(refusal(server, secret), "");
 }
 
-TEST(EncryptedConnections, ACertificateDoesNotStandInForTheSecret) {
+TEST_P(EncryptedConnections, ACertificateDoesNotStandInForTheSecret) {
     const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
     const std::unique_ptr<X509, decltype(&X509_free)> certificate(X509_new(), X509_free);
     X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -3600);
@@ -266,7 +300,7 @@ TEST(EncryptedConnections, ACertificateDoesNotStandInForTheSecret) {
     const auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
     ASSERT_EQ(SSL_CTX_use_certificate(context->native_handle(), certificate.get()), 1);
     ASSERT_EQ(SSL_CTX_use_PrivateKey(context->native_handle(), key.get()), 1);
-    Answering server(context, "all");
+    Answering server(context, "all", Answering::End::says_so, GetParam());
     auto agreed = server.agreed_with();
     EXPECT_NE(refusal(server, secret).find("certificate"), std::string::npos);
     EXPECT_FALSE(agreed.get());

@@ -72,7 +72,8 @@ TEST_F(Serving, AFloodOfConnectionsSpoilsNeitherAViewersStreamNorTheLog) {
 TEST_F(Serving, SaysWhoCanComeToIt) {
     record("a.mkv");
     for (const auto& [listen, said] : {std::pair("tcp://0.0.0.0:0", "there is no secret and no encryption"),
-                                       std::pair("tls://0.0.0.0:0", "whoever knows the secret and reaches tls://")}) {
+                                       std::pair("tls://0.0.0.0:0", "whoever knows the secret and reaches tls://"),
+                                       std::pair("srt://0.0.0.0:0", "whoever knows the secret and reaches srt://")}) {
         Server server({path("a.mkv"), "--listen", listen, "--open"}, place());
         ASSERT_TRUE(comes_true([&] { return server.lines_with(said) == 1; })) << listen;
     }
@@ -81,13 +82,18 @@ TEST_F(Serving, SaysWhoCanComeToIt) {
     EXPECT_EQ(server.log(), "");
 }
 
-TEST_F(Serving, OverTlsWhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
+class Encrypted : public Serving, public testing::WithParamInterface<std::string> {};
+
+INSTANTIATE_TEST_SUITE_P(Over, Encrypted, testing::Values("tls", "srt"),
+                         [](const auto& scheme) { return scheme.param; });
+
+TEST_P(Encrypted, WhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
     record("a.mkv");
-    Server server({path("a.mkv"), "--listen", "tls://:0"}, place());
+    Server server({path("a.mkv"), "--listen", GetParam() + "://:0"}, place());
     const std::string url = server.url();
     const auto at = url.find('@');
     ASSERT_NE(at, std::string::npos) << url;
-    const std::string scheme = "tls://", secret = url.substr(scheme.size(), at - scheme.size());
+    const std::string scheme = GetParam() + "://", secret = url.substr(scheme.size(), at - scheme.size());
     const Ran of_url = run("info --json " + url);
     ASSERT_EQ(of_url.status, 0) << of_url.errors;
     const nlohmann::json json = nlohmann::json::parse(of_url.output);
@@ -98,10 +104,13 @@ TEST_F(Serving, OverTlsWhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
     expect_failure(run("info " + bare), 2, "expected the server's secret");
     expect_failure(run("info " + scheme + "not-the-right-secret@" + url.substr(at + 1)), 2,
                    bare + ": expected a server that knows the secret");
-    Viewer plain(server.port());
-    EXPECT_EQ(send(plain.handle(), "GET / HTTP/1.1\r\n\r\n", 18, MSG_NOSIGNAL), 18);
-    EXPECT_LT(plain.read().size(), 64u) << "an alert at most";
-    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: it does not know the secret") == 2; }));
+    if (GetParam() == "tls") {
+        Viewer plain(server.port());
+        EXPECT_EQ(send(plain.handle(), "GET / HTTP/1.1\r\n\r\n", 18, MSG_NOSIGNAL), 18);
+        EXPECT_LT(plain.read().size(), 64u) << "an alert at most";
+    }
+    const int refused = GetParam() == "tls" ? 2 : 1;
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: it does not know the secret") == refused; }));
     EXPECT_EQ(server.end_by(SIGTERM), 0);
     EXPECT_EQ(server.log().find(secret), std::string::npos);
 }

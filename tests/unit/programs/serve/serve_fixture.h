@@ -80,7 +80,9 @@ public:
         const std::string before = "listening on ";
         EXPECT_TRUE(comes_true([&] { return output().find('\n') != std::string::npos; })) << log();
         const std::string line = output().substr(0, output().find('\n'));
-        EXPECT_TRUE(line.starts_with(before + "tcp://127.0.0.1:") || line.starts_with(before + "tls://")) << line;
+        EXPECT_TRUE(line.starts_with(before + "tcp://127.0.0.1:") || line.starts_with(before + "tls://") ||
+                    line.starts_with(before + "srt://"))
+            << line;
         return line.substr(std::min(line.size(), before.size()));
     }
     std::uint16_t port() const {

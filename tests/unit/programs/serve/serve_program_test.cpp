@@ -143,9 +143,11 @@ TEST_F(Serving, BadUsageIsOneLine) {
         expect_failure(serve("a.mkv", "--web " + std::string(web)), 2, "--web: expected");
     for (const char* url : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0"})
         expect_failure(serve("a.mkv", "--listen " + std::string(url)), 2, "expected tcp://HOST:PORT");
-    expect_failure(serve("a.mkv", "--listen tcp://0.0.0.0:0"), 2, "expected beyond this machine tls://, or --open");
+    expect_failure(serve("a.mkv", "--listen tcp://0.0.0.0:0"), 2,
+                   "expected beyond this machine tls:// or srt://, or --open");
     expect_failure(serve("a.mkv", "--listen tls://short@:0"), 2, "expected a secret of 16 to 128 characters");
-    expect_failure(serve("a.mkv", "--listen tcp://:0 --secret-file x"), 2, "--secret-file: expected --listen tls://");
+    expect_failure(serve("a.mkv", "--listen tcp://:0 --secret-file x"), 2,
+                   "--secret-file: expected --listen tls:// or srt://");
     expect_failure(run("info tls://a-secret-of-enough-letters@:1"), 2, "tls://:1: expected tcp://HOST:PORT");
     expect_failure(serve("a.mkv", "--listen tcp://no.such.host.invalid:0"), 2, "expected a host that is known");
     expect_failure(serve("a.mkv", "--listen tcp://:0 --patience nan"), 2, "--patience: expected 0.1 to 86400 s");

@@ -1,0 +1,39 @@
+#pragma once
+/// How many bytes may be on their way at once: twice what the line takes until it acknowledges. It is found from what
+/// the other end acknowledges and not from what is lost: a line that loses packets is no slower, one with less room is
+/// (after Cardwell et al.: BBR: congestion-based congestion control, ACM Queue 14(5), 2016). Unlike BBR it counts until
+/// all before has come too: where packets overtake each other that is longer than a round trip.
+#include <cstddef>
+#include <deque>
+
+namespace equistream {
+
+/// Times in seconds of one clock that does not go back.
+class DeliveryWindow {
+public:
+    /// Every 10 ms or so while something is not acknowledged: all bytes so far that were written, and of these the ones
+    /// that were acknowledged.
+    void add(double time_s, double written_bytes, double delivered_bytes);
+
+    /// The most that need not be acknowledged yet.
+    std::size_t bytes() const;
+    /// The highest of the last second; 0: not known yet.
+    double bytes_per_second() const { return fastest_.empty() ? 0 : fastest_.front().value; }
+    /// From when bytes are written to when they are acknowledged, where nothing else waits.
+    double acknowledged_after_s() const;
+
+private:
+    struct Sample {
+        double time_s, value;
+    };
+
+    void see_delay(double time_s, double delay_s);
+    void see_rate(double time_s, double delivered_bytes);
+
+    std::deque<Sample> written_, delivered_;
+    std::deque<Sample> fastest_;                   // the best comes first; each is better than all after it
+    double shortest_s_ = -1, shortest_at_s_ = 0;   // -1: not known yet
+    double drains_until_s_ = -1, drained_s_ = -1;  // so little is on its way that no queue is left; -1: it is not
+};
+
+}  // namespace equistream

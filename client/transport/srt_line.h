@@ -1,0 +1,124 @@
+#pragma once
+/// One SRT socket, and a stream of bytes over it as Asio's are, for TLS to lie over.
+#include "delivery_window.h"
+#include "srt_reactor.h"
+#include "wire.h"
+
+#include <equistream/elapsed.h>
+
+#include <asio/async_result.hpp>
+#include <asio/buffer.hpp>
+#include <asio/ip/udp.hpp>
+#include <asio/steady_timer.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+/// What fits into a packet on any line: packets that are divided on the way are lost more often.
+inline constexpr std::size_t srt_payload_bytes = 1316;
+
+/// `unread_bytes`: the most that comes and waits to be read. Throws WorkError.
+SRTSOCKET make_srt_socket(double patience_s, int unread_bytes);
+
+/// In the io_context's thread, as a Wire. What waits may end after all others have let go of it.
+class SrtLine : public std::enable_shared_from_this<SrtLine> {
+public:
+    SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket);
+    ~SrtLine() { close(); }
+    SrtLine(const SrtLine&) = delete;
+    SrtLine& operator=(const SrtLine&) = delete;
+
+    const asio::any_io_executor& executor() const { return executor_; }
+    void connect(const asio::ip::udp::endpoint& server, Wire::Opened connected);
+    /// Ends with asio::error::eof where the other end has gone, however it went.
+    void read(std::span<char> bytes, Wire::Moved moved);
+    void write(std::span<const char> bytes, Wire::Moved moved);
+    void close();
+
+private:
+    void wait(SrtReactor::Direction direction, std::function<void()> ready);
+    static void run(std::vector<std::function<void()>>& waiting);
+    void finish(Wire::Moved moved, const asio::error_code& error, std::size_t count);
+    std::size_t take_kept(std::span<char> bytes);
+    int receive(std::span<char> into) const;
+    std::size_t unacknowledged() const;
+    void ask_again();
+    void keep_looking();
+    void look();
+
+    asio::any_io_executor executor_;
+    std::shared_ptr<SrtReactor> reactor_ = SrtReactor::get();
+    SRTSOCKET socket_;
+    bool is_closed_ = false;
+    std::vector<std::function<void()>> reads_, writes_;  // what goes on when it can; TLS may read twice at a time
+    std::vector<char> kept_;                             // of a packet longer than what was asked for
+    std::size_t kept_begin_ = 0;
+
+    asio::steady_timer look_, ask_;
+    bool looks_ = false, asks_ = false;
+    DeliveryWindow window_;
+    Clock::time_point start_ = Clock::now(), wrote_{}, received_{};
+    std::uint64_t written_bytes_ = 0;
+};
+
+/// An AsyncReadStream and AsyncWriteStream.
+class SrtStream {
+public:
+    using executor_type = asio::any_io_executor;
+    using lowest_layer_type = SrtStream;
+
+    explicit SrtStream(std::shared_ptr<SrtLine> line) : line_(std::move(line)) {}
+    executor_type get_executor() const { return line_->executor(); }
+    lowest_layer_type& lowest_layer() { return *this; }
+    const lowest_layer_type& lowest_layer() const { return *this; }
+    void close(asio::error_code& error) {
+        error = {};
+        line_->close();
+    }
+
+    template <typename Buffers, typename Token>
+    auto async_read_some(const Buffers& buffers, Token&& token) {
+        return asio::async_initiate<Token, void(asio::error_code, std::size_t)>(
+            [line = line_](auto handler, const auto& into) {
+                const asio::mutable_buffer first = first_of<asio::mutable_buffer>(into);
+                line->read({static_cast<char*>(first.data()), first.size()}, moved_by(std::move(handler)));
+            },
+            token, buffers);
+    }
+    template <typename Buffers, typename Token>
+    auto async_write_some(const Buffers& buffers, Token&& token) {
+        return asio::async_initiate<Token, void(asio::error_code, std::size_t)>(
+            [line = line_](auto handler, const auto& from) {
+                const asio::const_buffer first = first_of<asio::const_buffer>(from);
+                line->write({static_cast<const char*>(first.data()), first.size()}, moved_by(std::move(handler)));
+            },
+            token, buffers);
+    }
+
+private:
+    /// The first that is not empty.
+    template <typename Buffer, typename Buffers>
+    static Buffer first_of(const Buffers& buffers) {
+        for (auto buffer = asio::buffer_sequence_begin(buffers); buffer != asio::buffer_sequence_end(buffers); ++buffer)
+            if (Buffer(*buffer).size() > 0)
+                return *buffer;
+        return {};
+    }
+    /// Handlers of Asio's cannot be copied, as a std::function must be.
+    template <typename Handler>
+    static Wire::Moved moved_by(Handler handler) {
+        return [kept = std::make_shared<Handler>(std::move(handler))](const asio::error_code& error,
+                                                                      std::size_t count) { (*kept)(error, count); };
+    }
+
+    std::shared_ptr<SrtLine> line_;
+};
+
+}  // namespace equistream
