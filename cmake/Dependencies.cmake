@@ -22,7 +22,9 @@ find_package(glfw3 REQUIRED)
 find_path(EQUISTREAM_ASIO_INCLUDE asio.hpp REQUIRED)
 add_library(equistream_asio INTERFACE)
 target_include_directories(equistream_asio SYSTEM INTERFACE ${EQUISTREAM_ASIO_INCLUDE})
-target_compile_definitions(equistream_asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED)
+# Without the last, how Asio allocates differs between files by what they include before it.
+target_compile_definitions(equistream_asio
+  INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED ASIO_DISABLE_STD_ALIGNED_ALLOC)
 target_link_libraries(equistream_asio INTERFACE Threads::Threads)
 find_package(OpenSSL 3 REQUIRED)
 find_path(EQUISTREAM_BOOST_INCLUDE boost/beast.hpp REQUIRED)

@@ -29,7 +29,7 @@ struct MediaClockOptions {
     double min_delay_s = 0.005;     ///< play-out delay: what decoding and uploading may vary by
     double max_delay_s = 0.25;      ///< frames that are later than that are no jitter but a stall
     double on_time_share = 0.5;     ///< of frames, that the play-out delay waits for
-    double usual_share = 0.95;      ///< of frames: one of them that comes later than it is due does not slow the clock
+    double usual_share = 0.95;      ///< of frames: lateness up to that of this share does not slow the clock
     double window_s = 5;            ///< what is known of the path is that old at most
     double settle_s = 0.5;          ///< time constant of coming level
     double min_rate = 0.5;          ///< while frames come

@@ -6,7 +6,7 @@ namespace equistream {
 
 namespace {
 
-/// For how long the line is taken to be as fast, and to acknowledge as soon, as it did.
+/// How long the highest rate and the shortest delay are remembered.
 constexpr double fast_s = 1, short_s = 10;
 /// A rate is taken over the time to an acknowledgement, and over this at least: they come every 10 ms.
 constexpr double shortest_span_s = 0.03;
@@ -20,7 +20,7 @@ constexpr double least_bytes = 1 << 16, most_bytes = 1 << 23;
 
 }  // namespace
 
-void DeliveryWindow::add(double time_s, double written_bytes, double delivered_bytes) {
+void DeliveryWindow::add(double time_s, double written_bytes, double delivered_bytes, bool line_is_full) {
     if (written_.empty() || written_.back().value < written_bytes)
         written_.push_back({time_s, written_bytes});
     double written_at_s = -1;
@@ -28,10 +28,10 @@ void DeliveryWindow::add(double time_s, double written_bytes, double delivered_b
         written_at_s = written_.front().time_s;
     if (written_at_s >= 0 && written_at_s < time_s)
         see_delay(time_s, time_s - written_at_s);
-    see_rate(time_s, delivered_bytes);
+    see_rate(time_s, delivered_bytes, line_is_full);
 }
 
-void DeliveryWindow::see_rate(double time_s, double delivered_bytes) {
+void DeliveryWindow::see_rate(double time_s, double delivered_bytes, bool line_is_full) {
     delivered_.push_back({time_s, delivered_bytes});
     const double span_s = std::max(shortest_span_s, acknowledged_after_s());
     while (delivered_.size() > 2 && delivered_[1].time_s <= time_s - span_s)
@@ -40,6 +40,9 @@ void DeliveryWindow::see_rate(double time_s, double delivered_bytes) {
     if (time_s - before.time_s < shortest_span_s)
         return;
     const double rate = (delivered_bytes - before.value) / (time_s - before.time_s);
+    // While less is written than the line takes, nothing new is known of it.
+    if (!line_is_full && !fastest_.empty() && rate < fastest_.front().value)
+        return;
     while (!fastest_.empty() && fastest_.back().value <= rate)
         fastest_.pop_back();
     fastest_.push_back({time_s, rate});

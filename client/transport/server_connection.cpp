@@ -60,8 +60,9 @@ class ServerConnection::Line {
 public:
     enum class Waited { done, interrupted, too_long };
 
-    Line(const ServerAddress& address, double silence_s)
-        : context_(context_for(address)), silence_s_(silence_s), thread_([this] { io_.run(); }) {
+    Line(const ServerAddress& address, const Patience& patience)
+        : context_(context_for(address)), silence_s_(patience.silence_s), connect_s_(patience.connect_s),
+          thread_([this] { io_.run(); }) {
         asio::post(io_, [this, address] { resolve(address); });
     }
     ~Line() {
@@ -134,7 +135,7 @@ private:
                 [this](const asio::error_code& error, const asio::ip::udp::resolver::results_type& found) {
                     if (error)
                         return fail("a server", error);
-                    connect(found.begin());
+                    connect(found.begin(), connect_s_ / double(found.size() + 1));
                 });
         resolver_.async_resolve(address.host, std::to_string(address.port),
                                 [this](const asio::error_code& error, const tcp::resolver::results_type& found) {
@@ -152,17 +153,17 @@ private:
         });
     }
     /// One address after the other, until a server answers.
-    void connect(const asio::ip::udp::resolver::results_type::iterator& candidate) {
+    void connect(const asio::ip::udp::resolver::results_type::iterator& candidate, double each_s) {
         std::unique_ptr<Wire> wire;
         try {
-            wire = srt_wire(io_.get_executor(), candidate->endpoint(), context_, silence_s_);
+            wire = srt_wire(io_.get_executor(), candidate->endpoint(), context_, silence_s_, each_s);
         } catch (const WorkError& error) {
             return change([&] { problem_ = {"a socket for SRT", error.what()}; });
         }
-        open(std::move(wire), [this, next = std::next(candidate)] {
+        open(std::move(wire), [this, next = std::next(candidate), each_s] {
             if (next == asio::ip::udp::resolver::results_type::iterator())
                 return false;
-            connect(next);
+            connect(next, each_s);
             return true;
         });
     }
@@ -228,7 +229,7 @@ private:
     std::vector<std::uint8_t> unsent_;  // not empty: the thread is sending it
 
     std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
-    double silence_s_;
+    double silence_s_, connect_s_;
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
     tcp::resolver resolver_{io_};
@@ -248,7 +249,7 @@ ServerConnection::ServerConnection(const std::string& address, PoseSender* poses
             without_secrets(address),
             "tcp://HOST:PORT with a port of 1 to 65535, tls://SECRET@HOST:PORT or srt://SECRET@HOST:PORT",
             "another address"));
-    line_ = std::make_unique<Line>(*server, patience_.silence_s);
+    line_ = std::make_unique<Line>(*server, patience_);
     switch (line_->wait_until_open(patience_.connect_s, interrupted_)) {
     case Line::Waited::too_long:
         throw WorkError(

@@ -6,7 +6,7 @@
 #include <asio/post.hpp>
 
 #include <algorithm>
-#include <array>
+#include <cassert>
 #include <string>
 #include <string_view>
 
@@ -18,15 +18,15 @@ using Direction = SrtReactor::Direction;
 
 /// Between two looks at what has been acknowledged.
 constexpr std::chrono::milliseconds between_looks{5};
-/// Between two questions whether there is more to read, for so long after there was.
-constexpr std::chrono::milliseconds between_questions{2}, asked_for{200};
+/// Between two looks whether there is more to read, for so long after there was.
+constexpr std::chrono::milliseconds between_polls{2}, polled_for{200};
 /// Packets are spread over a quarter of the time to their acknowledgement.
-constexpr double bursts = 4;
+constexpr double pacing_gain = 4;
 /// So many packets may overtake one on a line where that is seen to happen, before it is asked for again.
-constexpr int most_overtaking = 40;
-/// Each ten packets are followed by what makes up for any one of them. It costs 10 % more bytes: at 5 % of loss
-/// spheres come 35 ms late instead of 65. What it cannot make up for is asked for at once.
-constexpr std::string_view correction = "fec,cols:10,arq:always";
+constexpr int reorder_tolerance = 40;
+/// Forward error correction: ten packets are followed by their parity. It costs 10 % more bytes: at 5 % of loss
+/// spheres come 35 ms late instead of 65. What it cannot repair is asked for at once.
+constexpr std::string_view error_correction = "fec,cols:10,arq:always";
 /// What is lost is asked for when something later comes. Where nothing was to be sent for a while, this is; it is
 /// nobody's data, which never comes as one byte.
 constexpr char filler = 0;
@@ -38,97 +38,111 @@ bool set(SRTSOCKET socket, SRT_SOCKOPT option, const auto& value) {
 
 }  // namespace
 
-SRTSOCKET make_srt_socket(double patience_s, int unread_bytes) {
+SRTSOCKET make_srt_socket(double patience_s, double connect_s) {
     const SRTSOCKET socket = srt_create_socket();
-    const auto patience_ms = int(std::clamp(patience_s * 1000, 100.0, 1e9));
+    // Twice: whoever waits gives up first, and says why. Beyond 2,147 s libsrt's own arithmetic overflows.
+    const auto idle_ms = int(std::clamp(2000 * patience_s, 100.0, 2e6));
+    const auto connect_ms = int(std::clamp(1000 * connect_s, 100.0, 2e6));
     // No time stamps: what has come is given at once, and what is late is not thrown away.
     if (socket != SRT_INVALID_SOCK && set(socket, SRTO_RCVSYN, false) && set(socket, SRTO_SNDSYN, false) &&
         set(socket, SRTO_TSBPDMODE, false) && set(socket, SRTO_TLPKTDROP, false) &&
-        set(socket, SRTO_LOSSMAXTTL, most_overtaking) && set(socket, SRTO_PAYLOADSIZE, int(srt_payload_bytes)) &&
-        set(socket, SRTO_RCVBUF, unread_bytes) && set(socket, SRTO_PEERIDLETIMEO, patience_ms) &&
-        set(socket, SRTO_CONNTIMEO, patience_ms) &&
-        srt_setsockflag(socket, SRTO_PACKETFILTER, correction.data(), int(correction.size())) == 0)
+        set(socket, SRTO_LOSSMAXTTL, reorder_tolerance) && set(socket, SRTO_PAYLOADSIZE, int(srt_payload_bytes)) &&
+        set(socket, SRTO_PEERIDLETIMEO, idle_ms) && set(socket, SRTO_CONNTIMEO, connect_ms) &&
+        srt_setsockflag(socket, SRTO_PACKETFILTER, error_correction.data(), int(error_correction.size())) == 0)
         return socket;
     const std::string reason = srt_getlasterror_str();
     srt_close(socket);
     throw WorkError("SRT: " + reason);
 }
 
-SrtLine::SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket)
-    : executor_(executor), socket_(socket), look_(executor), ask_(executor) {}
+SrtLine::SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket, std::size_t most_unread_bytes)
+    : executor_(executor), socket_(socket), most_unread_bytes_(most_unread_bytes), poll_(executor), look_(executor) {}
 
 void SrtLine::connect(const asio::ip::udp::endpoint& server, Wire::Opened connected) {
-    // Who waits does so before there is anything to wait for: a refusal may come at once.
-    wait(Direction::write, [this, connected = std::move(connected)] {
-        const int reason = srt_getrejectreason(socket_);
-        connected(is_closed_                                    ? asio::error::operation_aborted
-                  : srt_getsockstate(socket_) == SRTS_CONNECTED ? asio::error_code()
-                  : reason == SRT_REJ_TIMEOUT                   ? asio::error::timed_out
-                                                                : asio::error::connection_refused);
+    writes_.push_back([self = shared_from_this(), connected = std::move(connected)] {
+        const int reason = srt_getrejectreason(self->socket_);
+        connected(self->is_closed_                                    ? asio::error::operation_aborted
+                  : srt_getsockstate(self->socket_) == SRTS_CONNECTED ? asio::error_code()
+                  : reason == SRT_REJ_TIMEOUT                         ? asio::error::timed_out
+                                                                      : asio::error::connection_refused);
     });
+    // Waited for before there is anything to wait for: a refusal may come at once.
+    reactor_->wait(socket_, Direction::write, executor_, [self = shared_from_this()] { self->run_writes(); });
     if (srt_connect(socket_, server.data(), int(server.size())) >= 0)
         return;
     reactor_->forget(socket_);
-    asio::post(executor_, [self = shared_from_this()] { run(self->writes_); });
+    asio::post(executor_, [self = shared_from_this()] { self->run_writes(); });
 }
 
 void SrtLine::read(std::span<char> bytes, Wire::Moved moved) {
     if (is_closed_)
         return finish(std::move(moved), asio::error::operation_aborted, 0);
-    std::size_t count = take_kept(bytes);
+    reads_.push_back({bytes, std::move(moved)});
+    if (!std::exchange(drains_, true))
+        drain();
+    serve_reads();
+}
+
+/// Takes what has come, whether it is asked for yet or not: SRT never repeats what found its buffer full.
+void SrtLine::drain() {
+    if (is_closed_)
+        return;
     int got = 0;
-    while (bytes.size() - count >= srt_payload_bytes && (got = receive(bytes.subspan(count))) > 0)
-        count += std::size_t(got);
-    if (count == 0 && !bytes.empty() && bytes.size() < srt_payload_bytes) {
-        kept_.resize(srt_payload_bytes);
-        got = receive(kept_);
-        kept_.resize(std::size_t(std::max(got, 0)));
-        kept_begin_ = 0;
-        count = take_kept(bytes);
+    do {
+        const std::size_t size = unread_.size();
+        unread_.resize(size + srt_payload_bytes);
+        got = srt_recvmsg(socket_, unread_.data() + size, int(srt_payload_bytes));
+        unread_.resize(size + std::size_t(got > 1 ? got : 0));  // one byte is the filler
+        received_ = got > 0 ? Clock::now() : received_;
+    } while (got > 0 && unread_.size() - unread_begin_ <= most_unread_bytes_);
+    const bool more_may_come = got < 0 && srt_getlasterror(nullptr) == SRT_EASYNCRCV;
+    if (!more_may_come) {
+        has_ended_ = true;
+        srt_close(socket_);
     }
-    if (count > 0 || bytes.empty()) {
-        received_ = Clock::now();
-        return finish(std::move(moved), {}, count);
-    }
-    if (got >= 0 || srt_getlasterror(nullptr) != SRT_EASYNCRCV)
-        return finish(std::move(moved), asio::error::eof, 0);
-    wait(Direction::read, [this, bytes, moved = std::move(moved)] { read(bytes, moved); });
-    ask_again();
+    serve_reads();
+    if (has_ended_)
+        return;
+    reactor_->wait(socket_, Direction::read, executor_, [self = shared_from_this()] { self->drain(); });
+    drain_soon();
 }
 
 /// SRT says that there is something to read with its next acknowledgement, which is up to 10 ms later. While much comes
 /// it is asked meanwhile.
-void SrtLine::ask_again() {
-    if (asks_ || Clock::now() - received_ > asked_for)
+void SrtLine::drain_soon() {
+    if (polls_ || Clock::now() - received_ > polled_for)
         return;
-    asks_ = true;
-    ask_.expires_after(between_questions);
-    ask_.async_wait([self = shared_from_this()](const asio::error_code& error) {
-        self->asks_ = false;
-        if (!error && !self->is_closed_)
-            run(self->reads_);
+    polls_ = true;
+    poll_.expires_after(between_polls);
+    poll_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+        self->polls_ = false;
+        if (!error && !self->has_ended_)
+            self->drain();
     });
 }
 
-/// A packet's bytes, as srt_recvmsg gives them.
-int SrtLine::receive(std::span<char> into) const {
-    int got = 0;
-    do
-        got = srt_recvmsg(socket_, into.data(), int(into.size()));
-    while (got == 1);
-    return got;
-}
-
-std::size_t SrtLine::take_kept(std::span<char> bytes) {
-    const std::size_t count = std::min(bytes.size(), kept_.size() - kept_begin_);
-    std::copy_n(kept_.begin() + std::ptrdiff_t(kept_begin_), count, bytes.begin());
-    kept_begin_ += count;
-    return count;
+void SrtLine::serve_reads() {
+    while (!reads_.empty()) {
+        const std::size_t count = std::min(reads_.front().bytes.size(), unread_.size() - unread_begin_);
+        if (count == 0 && !has_ended_ && !reads_.front().bytes.empty())
+            return;
+        std::copy_n(unread_.begin() + std::ptrdiff_t(unread_begin_), count, reads_.front().bytes.begin());
+        unread_begin_ += count;
+        const bool is_end = count == 0 && !reads_.front().bytes.empty();
+        finish(std::move(reads_.front().moved), is_end ? asio::error_code(asio::error::eof) : asio::error_code(),
+               count);
+        reads_.pop_front();
+    }
+    if (2 * unread_begin_ >= unread_.size()) {
+        unread_.erase(unread_.begin(), unread_.begin() + std::ptrdiff_t(unread_begin_));
+        unread_begin_ = 0;
+    }
 }
 
 void SrtLine::write(std::span<const char> bytes, Wire::Moved moved) {
     if (is_closed_)
         return finish(std::move(moved), asio::error::operation_aborted, 0);
+    assert(bytes.size() != 1);  // it would be taken for the filler
     const std::size_t window = window_.bytes(), most = window - std::min(window, unacknowledged());
     std::size_t sent = 0;
     int count = 0;
@@ -147,7 +161,8 @@ void SrtLine::write(std::span<const char> bytes, Wire::Moved moved) {
         return finish(std::move(moved), {}, sent);
     }
     if (count < 0 && srt_getlasterror(nullptr) != SRT_EASYNCSND)
-        return finish(std::move(moved), asio::error::connection_reset, 0);
+        return finish(std::move(moved), asio::error::eof, 0);
+    has_waited_ = true;
     writes_.push_back([self = shared_from_this(), bytes, moved = std::move(moved)] { self->write(bytes, moved); });
     keep_looking();
 }
@@ -173,13 +188,14 @@ void SrtLine::look() {
     const std::size_t on_their_way = unacknowledged();
     const auto now = Clock::now();
     const auto seconds = [](auto duration) { return std::chrono::duration<double>(duration).count(); };
-    window_.add(seconds(now - start_), double(written_bytes_), double(written_bytes_ - on_their_way));
-    set(socket_, SRTO_MAXBW, std::int64_t(bursts * double(window_.bytes()) / window_.acknowledged_after_s()));
+    window_.add(seconds(now - start_), double(written_bytes_), double(written_bytes_ - on_their_way),
+                std::exchange(has_waited_, !writes_.empty()));
+    set(socket_, SRTO_MAXBW, std::int64_t(pacing_gain * double(window_.bytes()) / window_.acknowledged_after_s()));
     if (on_their_way > 0 && seconds(now - wrote_) > window_.acknowledged_after_s() + fills_after_s) {
         written_bytes_ += srt_sendmsg(socket_, &filler, 1, -1, 1) == 1 ? 1 : 0;
         wrote_ = now;
     }
-    run(writes_);
+    run_writes();
     if (on_their_way > 0 || !writes_.empty())
         keep_looking();
 }
@@ -188,30 +204,22 @@ void SrtLine::close() {
     if (std::exchange(is_closed_, true))
         return;
     look_.cancel();
-    ask_.cancel();
+    poll_.cancel();
     reactor_->forget(socket_);
     srt_close(socket_);
-    for (auto* all : {&reads_, &writes_})
-        for (auto& waiting : std::exchange(*all, {}))
-            asio::post(executor_, std::move(waiting));
+    for (auto& read : std::exchange(reads_, {}))
+        finish(std::move(read.moved), asio::error::operation_aborted, 0);
+    for (auto& go_on : std::exchange(writes_, {}))
+        asio::post(executor_, std::move(go_on));
 }
 
-void SrtLine::wait(Direction direction, std::function<void()> ready) {
-    (direction == Direction::read ? reads_ : writes_).push_back([self = shared_from_this(), ready = std::move(ready)] {
-        ready();
-    });
-    reactor_->wait(socket_, direction, executor_, [self = shared_from_this(), direction] {
-        run(direction == Direction::read ? self->reads_ : self->writes_);
-    });
-}
-
-void SrtLine::run(std::vector<std::function<void()>>& waiting) {
-    for (const auto& go_on : std::exchange(waiting, {}))
+void SrtLine::run_writes() {
+    for (const auto& go_on : std::exchange(writes_, {}))
         go_on();
 }
 
 void SrtLine::finish(Wire::Moved moved, const asio::error_code& error, std::size_t count) {
-    asio::post(executor_, [self = shared_from_this(), moved = std::move(moved), error, count] { moved(error, count); });
+    asio::post(executor_, [moved = std::move(moved), error, count] { moved(error, count); });
 }
 
 }  // namespace equistream

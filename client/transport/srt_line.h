@@ -11,7 +11,9 @@
 #include <asio/ip/udp.hpp>
 #include <asio/steady_timer.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <span>
@@ -24,13 +26,14 @@ namespace equistream {
 /// What fits into a packet on any line: packets that are divided on the way are lost more often.
 inline constexpr std::size_t srt_payload_bytes = 1316;
 
-/// `unread_bytes`: the most that comes and waits to be read. Throws WorkError.
-SRTSOCKET make_srt_socket(double patience_s, int unread_bytes);
+/// With all that both ends say of a connection; `connect_s` is for making one. Throws WorkError.
+SRTSOCKET make_srt_socket(double patience_s, double connect_s);
 
-/// In the io_context's thread, as a Wire. What waits may end after all others have let go of it.
+/// In the io_context's thread, as a Wire; but several reads may wait. Its callbacks keep it until close().
 class SrtLine : public std::enable_shared_from_this<SrtLine> {
 public:
-    SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket);
+    /// Ends where more than `most_unread_bytes` have come and were not read.
+    SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket, std::size_t most_unread_bytes);
     ~SrtLine() { close(); }
     SrtLine(const SrtLine&) = delete;
     SrtLine& operator=(const SrtLine&) = delete;
@@ -39,32 +42,44 @@ public:
     void connect(const asio::ip::udp::endpoint& server, Wire::Opened connected);
     /// Ends with asio::error::eof where the other end has gone, however it went.
     void read(std::span<char> bytes, Wire::Moved moved);
+    /// Not one byte alone.
     void write(std::span<const char> bytes, Wire::Moved moved);
     void close();
 
 private:
-    void wait(SrtReactor::Direction direction, std::function<void()> ready);
-    static void run(std::vector<std::function<void()>>& waiting);
-    void finish(Wire::Moved moved, const asio::error_code& error, std::size_t count);
-    std::size_t take_kept(std::span<char> bytes);
-    int receive(std::span<char> into) const;
+    struct Read {
+        std::span<char> bytes;
+        Wire::Moved moved;
+    };
+
+    void drain();
+    void drain_soon();
+    void serve_reads();
     std::size_t unacknowledged() const;
-    void ask_again();
     void keep_looking();
     void look();
+    void run_writes();
+    void finish(Wire::Moved moved, const asio::error_code& error, std::size_t count);
 
     asio::any_io_executor executor_;
     std::shared_ptr<SrtReactor> reactor_ = SrtReactor::get();
     SRTSOCKET socket_;
     bool is_closed_ = false;
-    std::vector<std::function<void()>> reads_, writes_;  // what goes on when it can; TLS may read twice at a time
-    std::vector<char> kept_;                             // of a packet longer than what was asked for
-    std::size_t kept_begin_ = 0;
 
-    asio::steady_timer look_, ask_;
-    bool looks_ = false, asks_ = false;
+    std::size_t most_unread_bytes_;
+    std::vector<char> unread_;  // from unread_begin_ on
+    std::size_t unread_begin_ = 0;
+    std::deque<Read> reads_;
+    bool drains_ = false, has_ended_ = false;  // the other end has gone
+    asio::steady_timer poll_;
+    bool polls_ = false;
+    Clock::time_point received_{};
+
+    std::vector<std::function<void()>> writes_;  // what goes on when it can
+    asio::steady_timer look_;
+    bool looks_ = false, has_waited_ = false;  // a write, since the last look
     DeliveryWindow window_;
-    Clock::time_point start_ = Clock::now(), wrote_{}, received_{};
+    Clock::time_point start_ = Clock::now(), wrote_{};
     std::uint64_t written_bytes_ = 0;
 };
 

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <string>
 #include <utility>
 
@@ -18,6 +19,7 @@ namespace equistream {
 namespace {
 
 constexpr int most_at_once = 64;
+constexpr std::chrono::milliseconds between_failures{10};
 
 }  // namespace
 
@@ -36,7 +38,7 @@ std::shared_ptr<SrtReactor> SrtReactor::get() {
 SrtReactor::SrtReactor() {
     if (srt_startup() < 0)
         throw WorkError(std::string("SRT cannot be started: ") + srt_getlasterror_str());
-    // Programs say what went wrong themselves, in a line each.
+    // Programs say what went wrong themselves, in a line each. It is the whole process's log.
     srt_setloghandler(nullptr, [](void*, int, const char*, int, const char*, const char*) {});
     epoll_ = srt_epoll_create();
     wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -69,9 +71,10 @@ void SrtReactor::wait(SRTSOCKET socket, Direction direction, const asio::any_io_
     Watched& watched = watched_[socket];
     (direction == Direction::read ? watched.read : watched.write) = {
         asio::prefer(executor, asio::execution::outstanding_work.tracked), std::move(ready)};
-    if (watch(socket, watched, is_new))
+    // SRT says nothing of what was over before it was watched: whoever asks again is told.
+    if (watch(socket, watched, is_new) && srt_getsockstate(socket) < SRTS_BROKEN)
         return;
-    // It has failed already: whoever asks it again is told why.
+    srt_epoll_remove_usock(epoll_, socket);
     for (Waiting* waiting : {&watched.read, &watched.write})
         if (waiting->ready)
             asio::post(waiting->executor, std::exchange(waiting->ready, nullptr));
@@ -117,8 +120,11 @@ void SrtReactor::run() {
         std::array<SRTSOCKET, most_at_once> readable{}, writable{};
         std::array<SYSSOCKET, 1> woken{};
         int reads = most_at_once, writes = most_at_once, wakes = 1;
-        srt_epoll_wait(epoll_, readable.data(), &reads, writable.data(), &writes, -1, woken.data(), &wakes, nullptr,
-                       nullptr);
+        if (srt_epoll_wait(epoll_, readable.data(), &reads, writable.data(), &writes, -1, woken.data(), &wakes, nullptr,
+                           nullptr) < 0) {
+            reads = writes = 0;
+            std::this_thread::sleep_for(between_failures);
+        }
         const std::lock_guard lock(mutex_);
         if (has_ended_)
             return;

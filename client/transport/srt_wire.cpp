@@ -19,7 +19,7 @@ namespace {
 using asio::ip::udp;
 
 /// Whoever watches is sent much, and sends little.
-constexpr int unread_by_client_bytes = 8 << 20, unread_by_server_bytes = 1 << 18;
+constexpr std::size_t unread_by_client_bytes = 16 << 20, unread_by_server_bytes = 1 << 18;
 constexpr int backlog = 64;
 
 class SrtWire : public TlsWire<SrtStream> {
@@ -51,19 +51,18 @@ private:
 }  // namespace
 
 std::unique_ptr<Wire> srt_wire(const asio::any_io_executor& executor, const udp::endpoint& server,
-                               std::shared_ptr<asio::ssl::context> context, double patience_s) {
+                               std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s) {
     const auto started = SrtReactor::get();  // the library, before a socket is made
     return std::make_unique<SrtWire>(
-        std::make_shared<SrtLine>(executor, make_srt_socket(patience_s, unread_by_client_bytes)), std::move(context),
-        server);
+        std::make_shared<SrtLine>(executor, make_srt_socket(patience_s, connect_s), unread_by_client_bytes),
+        std::move(context), server);
 }
 
 class SrtListener::State : public std::enable_shared_from_this<State> {
 public:
     State(const asio::any_io_executor& executor, const udp::endpoint& address,
           std::shared_ptr<asio::ssl::context> context, double patience_s)
-        : executor_(executor), context_(std::move(context)),
-          socket_(make_srt_socket(patience_s, unread_by_server_bytes)) {
+        : executor_(executor), context_(std::move(context)), socket_(make_srt_socket(patience_s, patience_s)) {
         const int ipv6_alone = 0;
         if ((!address.address().is_v6() ||
              srt_setsockflag(socket_, SRTO_IPV6ONLY, &ipv6_alone, sizeof ipv6_alone) >= 0) &&
@@ -82,22 +81,16 @@ public:
     void accept(Accepted accepted) {
         if (is_closed_)
             return finish(std::move(accepted), asio::error::operation_aborted, SRT_INVALID_SOCK, {});
-        sockaddr_storage peer{};
-        int size = sizeof peer;
-        const SRTSOCKET socket = srt_accept(socket_, reinterpret_cast<sockaddr*>(&peer), &size);
-        if (socket != SRT_INVALID_SOCK) {
-            udp::endpoint from;
-            from.resize(std::size_t(size));
-            std::memcpy(from.data(), &peer, std::size_t(size));
-            return finish(std::move(accepted), {}, socket, from);
-        }
-        if (srt_getlasterror(nullptr) != SRT_EASYNCRCV)
-            return finish(std::move(accepted), asio::error::no_buffer_space, socket, {});
         waiting_ = std::move(accepted);
+        if (take_guest())
+            return;
         reactor_->wait(socket_, SrtReactor::Direction::read, executor_, [self = shared_from_this()] {
             if (auto waiting = std::exchange(self->waiting_, nullptr))
                 self->accept(std::move(waiting));
         });
+        // Who came before that would be told with the next guest.
+        if (take_guest())
+            reactor_->forget(socket_);
     }
 
     void close() {
@@ -122,8 +115,31 @@ public:
     }
 
 private:
+    /// Whether the call that waits has ended.
+    bool take_guest() {
+        sockaddr_storage peer{};
+        int size = sizeof peer;
+        SRTSOCKET socket = SRT_INVALID_SOCK;
+        do
+            socket = srt_accept(socket_, reinterpret_cast<sockaddr*>(&peer), &size);
+        while (socket == SRT_INVALID_SOCK && srt_getlasterror(nullptr) == SRT_ESCLOSED &&
+               srt_getsockstate(socket_) == SRTS_LISTENING);  // the guest has hung up already
+        if (socket == SRT_INVALID_SOCK && srt_getlasterror(nullptr) == SRT_EASYNCRCV)
+            return false;
+        udp::endpoint from;
+        if (socket != SRT_INVALID_SOCK) {
+            from.resize(std::size_t(size));
+            std::memcpy(from.data(), &peer, std::size_t(size));
+        }
+        finish(std::exchange(waiting_, nullptr),
+               socket == SRT_INVALID_SOCK ? asio::error_code(asio::error::no_buffer_space) : asio::error_code(), socket,
+               from);
+        return true;
+    }
+
     void finish(Accepted accepted, const asio::error_code& error, SRTSOCKET socket, const udp::endpoint& from) {
-        std::shared_ptr<SrtLine> line = error ? nullptr : std::make_shared<SrtLine>(executor_, socket);
+        std::shared_ptr<SrtLine> line =
+            error ? nullptr : std::make_shared<SrtLine>(executor_, socket, unread_by_server_bytes);
         asio::post(executor_, [self = shared_from_this(), accepted = std::move(accepted), error, line, from] {
             accepted(error, line ? std::make_unique<SrtWire>(line, self->context_, std::nullopt) : nullptr, from);
         });

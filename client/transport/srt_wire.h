@@ -12,10 +12,10 @@
 namespace equistream {
 
 /// Not connected yet: open() does that first. It fails with an error of asio::system_category() where no server
-/// answers, with another where the secret is another. An end that says nothing is given up after `patience_s`. Throws
-/// WorkError where the system has no room.
+/// answers within `connect_s`, with another where the secret is another. An end that says nothing for twice
+/// `patience_s`, and for 5 s at least, is taken to have gone. Throws WorkError where the system has no room.
 std::unique_ptr<Wire> srt_wire(const asio::any_io_executor& executor, const asio::ip::udp::endpoint& server,
-                               std::shared_ptr<asio::ssl::context> context, double patience_s);
+                               std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s);
 
 class SrtListener {
 public:

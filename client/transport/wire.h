@@ -2,7 +2,8 @@
 /// Bytes both ways between a server and a client, whatever carries them: TCP, or TLS over TCP or SRT.
 ///
 /// One thread: that of the io_context. Of each kind one call waits at a time. A callback comes from the io_context,
-/// never from within the call; after close() with an error. A wire may be destroyed once its callbacks have come.
+/// never from within the call; after close() with an error. A wire may be destroyed once its callbacks have come. It
+/// goes, or is closed, before its io_context does.
 #include <asio/ip/tcp.hpp>
 #include <asio/ssl/context.hpp>
 

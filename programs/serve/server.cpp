@@ -79,6 +79,10 @@ Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& prog
             });
 }
 
+Server::~Server() {
+    stop();
+}
+
 void Server::start() {
     accept();
     if (web_)

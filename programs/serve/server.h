@@ -74,6 +74,9 @@ class Server {
 public:
     /// `door` listens; `programme` must outlive it. Throws InputError where browsers cannot come where they should.
     Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings);
+    ~Server();
+    Server(const Server&) = delete;
+    Server& operator=(const Server&) = delete;
 
     void start();
     /// Where browsers come; empty: nowhere.

@@ -3,7 +3,7 @@
 /*
  * The C ABI of libequistream_client: open a stream, say where the head is, get what both eyes see.
  *
- *     es_client_open            a file, a folder of rendered frames, or a server (tcp:// or tls://)
+ *     es_client_open            a file, a folder of rendered frames, or a server (tcp://, tls:// or srt://)
  *     es_client_render          both eyes into memory, at a display time, for a head
  *     es_client_draw            both eyes into framebuffers of the caller's OpenGL 4.5 context
  *     es_client_send_head       tells a live server where the head is

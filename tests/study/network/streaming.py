@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """What networks do to a stream: docs/results/stream.json.
 
-usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,live,faults]
+usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,viewers,live,faults]
 
 Needs root: real sockets in two network namespaces, with a line between them that is emulated packet by packet (emulated.py).
 
 lines: `equistream serve` sends a recorded stream of the bundled scene `motion` in time with its frames. The other side notes when each sphere is there,
 decoded. `play --network trace=` then shows what a viewer sees at each refresh, for a head that moves on meanwhile, and `compare` scores it against a render
 of that refresh's own time. The scene glows, so there is no noise, and nothing but lateness differs between lines.
+
+viewers: one and eight at a time, each with a decoder of its own.
 
 faults: a server, a viewer and a line that end without a word.
 
@@ -79,7 +81,9 @@ def receive(connection):
     """On the other side: reads streams, and says when each sphere was decoded, by the clock that both sides have."""
     import equistream
 
-    while url := connection.recv(1000).decode():
+    while asked := connection.recv(1000).decode():
+        *viewers, url = asked.split()
+        others = [reading(url) for _ in range(int(viewers[0]) - 1)] if viewers else []
         came, problem = [], None
         try:
             stream = equistream.open_stream(url)
@@ -89,7 +93,15 @@ def receive(connection):
             problem = stream.truncation or None
         except Exception as error:  # what went wrong is a finding too
             problem = str(error)
-        connection.send(json.dumps({"came": came, "problem": problem}).encode())
+        others_came = [json.loads(other.stdout.read()) for other in others]
+        connection.send(json.dumps({"came": came, "problem": problem, "others": others_came}).encode())
+
+
+def reading(url):
+    """A viewer in a process of its own, which says when each sphere was decoded."""
+    program = ("import equistream, json, sys, time\n"
+               "print(json.dumps([(p.info.time_s, time.monotonic(), p.info.crf) for p in equistream.open_stream(sys.argv[1]) if p.role == 'main']))")
+    return subprocess.Popen([sys.executable, "-c", program, url], stdout=subprocess.PIPE, text=True)
 
 
 class Server:
@@ -143,25 +155,29 @@ def in_a_child(work):
     return json.loads(found)
 
 
-def recorded(programs, stream, line, way, seed):
+def recorded(programs, stream, line, way, seed, viewers=1):
     network = Network(line, seed, receive)
     if way == "reno":
         pathlib.Path("/proc/sys/net/ipv4/tcp_congestion_control").write_text("reno")
-    server = Server(programs, stream, f"{WAYS[way]}://{SERVER}:9000", "--patience", 60)
+    server = Server(programs, stream, f"{WAYS[way]}://{SERVER}:9000", "--patience", 60, "--per-address", viewers)
     network.begin()
-    network.connection.send(address(WAYS[way]))
+    network.connection.send(f"{viewers} ".encode() + address(WAYS[way]))
     found = json.loads(network.connection.recv(1 << 22))
-    began, report = server.wait("came")[0], server.end()
+    server.wait("came")
+    began, report = [at for at, event in server.events if event["event"] == "came"], server.end()
     network.close()
-    return {**found, "began": began, "bytes": report["bytes_sent"], "packets": network.carried + network.lost, "packets_lost": network.lost}
+    return {**found, "began": began[0], "all_began": began, "bytes": report["bytes_sent"], "packets": network.carried + network.lost, "packets_lost": network.lost}
 
 
 def write_trace(file, came, began):
     """The server sends the first sphere when a viewer has come, and each other one so much later as its time says. How late they came, in ms, once the
     first second is over."""
-    arrivals = [(due, at - began + came[0][0]) for due, at, _ in came]
-    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at:.6f}\n" for due, at in arrivals))
-    late = sorted(1000 * (at - due) for due, at in arrivals if due >= came[0][0] + 1)
+    write_whole(file, "time_s,arrival_s\n" + "".join(f"{due:.6f},{at - began + came[0][0]:.6f}\n" for due, at, _ in came))
+    return lateness(came, began)
+
+
+def lateness(came, began):
+    late = sorted(1000 * ((at - began) - (due - came[0][0])) for due, at, _ in came if due >= came[0][0] + 1)
     return {"median": round(statistics.median(late), 1), "p95": round(late[int(0.95 * (len(late) - 1))], 1), "most": round(late[-1], 1)} if late else None
 
 
@@ -199,6 +215,21 @@ def lines(options, steps, keep, kept):
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
     keep("lines", [*(row for row in kept if row["way"] not in options.ways.split(",")), *rows])
+
+
+def viewers(options, steps, keep, kept):
+    """One viewer, and eight at a time, of a stream that leaves the processors room for as many decoders."""
+    make_inputs(steps)
+    steps.run("encode-small", "encode", "frames", "--out", "small.mkv", "--crf", 24, "--preset", "ultrafast", "--progress", "none")
+    rows = []
+    for way in ("tcp", "tls", "srt"):
+        for count in (1, 8):
+            found = in_a_child(lambda: recorded(options.bin, steps.work / "small.mkv", Line(), way, 1, count))
+            came = sorted([found["came"], *found["others"]], key=lambda spheres: spheres[0][1])
+            rows.append({"way": way, "viewers": count, "spheres": [len(spheres) for spheres in came], "bytes": found["bytes"],
+                         "late_ms": [lateness(spheres, began) for spheres, began in zip(came, found["all_began"], strict=True)]})
+            print(rows[-1], file=sys.stderr, flush=True)
+    keep("viewers", rows)
 
 
 def live(options, steps, keep, kept):
@@ -276,6 +307,11 @@ def decibels(mean_square):
     return -10 * math.log10(mean_square)
 
 
+def span(values):
+    low, high = cell(min(values), 0), cell(max(values), 0)
+    return low if low == high else f"{low} to {high}"
+
+
 def line_rows(rows):
     """A line and a way each, of all seeds: how late spheres come, and what a viewer loses beside a line that loses nothing."""
     def of(line, way):
@@ -290,10 +326,15 @@ def line_rows(rows):
             if not (found := of(line, way)):
                 continue
             is_scored = all("mean_square" in row for row in found)
-            late = [" to ".join(sorted({cell(row["late_ms"][key], 0) for row in found}, key=float)) for key in ("median", "p95", "most")]
+            late = [span([row["late_ms"][key] for row in found]) for key in ("median", "p95", "most")]
             yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1), *late,
                    cell(decibels(whole) - decibels(squares(found))) if is_scored else "-",
                    cell(statistics.mean(row["age_ms"]["mean"] for row in found), 0) if is_scored else "-"]
+
+
+def viewer_rows(rows):
+    for row in rows:
+        yield [row["way"], str(row["viewers"]), *(span([late[key] for late in row["late_ms"]]) for key in ("median", "p95", "most"))]
 
 
 def live_rows(found):
@@ -310,6 +351,8 @@ def write_page(found, page):
     if "lines" in found:
         text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "spheres come late, median, ms", "95 %", "the latest", "lost to the viewer, dB", "age of what is seen, ms"],
                                                     line_rows(found["lines"])))
+    if "viewers" in found:
+        text = place(text, "viewers", "stream", table(["by", "viewers", "spheres come late, median, ms", "95 %", "the latest"], viewer_rows(found["viewers"])))
     if "live" in found:
         text = place(text, "live", "stream", table(["from", "the line carries, Mbit/s", "sent, Mbit/s", "spheres", "later, median, s", "latest, s", f"latest after {SETTLED_S} s", "CRF then"],
                                                    live_rows(found["live"])))
@@ -322,7 +365,7 @@ def main():
     parser.add_argument("--other-bin", type=pathlib.Path, help="the same, of a server that leaves congestion control to the system")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
     parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
-    parser.add_argument("--parts", default="lines,live,faults", help="which of them")
+    parser.add_argument("--parts", default="lines,viewers,live,faults", help="which of them")
     parser.add_argument("--ways", default=",".join(WAYS), help="of the lines; figures of others are kept")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
@@ -339,7 +382,7 @@ def main():
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
-        {"lines": lines, "live": live, "faults": faults}[part](options, steps, keep, kept.get(part, []))
+        {"lines": lines, "viewers": viewers, "live": live, "faults": faults}[part](options, steps, keep, kept.get(part, []))
     write_page(kept, options.page)
 
 

@@ -105,7 +105,8 @@ TEST(Flicker, ASphereGoesRound) {
     const ScoredPicture truth = moving(EquirectCamera{width, height, {}}, 3, 0);
     const PastPixels past(truth, truth);
     EXPECT_EQ(count(past.seen()), width * height);
-    for (const float changed : past.change(stripes(3), stripes(0)).samples())
+    const FloatImage change = past.change(stripes(3), stripes(0));
+    for (const float changed : change.samples())
         ASSERT_NEAR(changed, 0, 1e-6);
 }
 

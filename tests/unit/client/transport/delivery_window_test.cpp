@@ -14,18 +14,20 @@ namespace {
 class MadeUpLine {
 public:
     double bytes_per_second = 1e6, round_trip_s = 0.05;
+    double asked_bytes_per_second = 1e12;  // what there is to write
     DeliveryWindow window;
     double time_s = 0;
 
     void run(double until_s) {
         constexpr double step_s = 0.01;
         for (; time_s < until_s; time_s += step_s) {
-            written_ = std::max(written_, delivered_ + double(window.bytes()));
+            written_ = std::clamp(written_ + asked_bytes_per_second * step_s, written_,
+                                  std::max(written_, delivered_ + double(window.bytes())));
             at_far_end_.push_back(
                 std::min(written_, (at_far_end_.empty() ? 0 : at_far_end_.back()) + bytes_per_second * step_s));
             const auto steps_back = std::size_t(round_trip_s / step_s);
             delivered_ = at_far_end_.size() > steps_back ? at_far_end_[at_far_end_.size() - 1 - steps_back] : 0;
-            window.add(time_s, written_, delivered_);
+            window.add(time_s, written_, delivered_, written_ - delivered_ >= double(window.bytes()));
         }
     }
 
@@ -56,12 +58,37 @@ TEST(DeliveryWindow, FollowsALineThatHasLessRoom) {
     EXPECT_GT(line.window.bytes_per_second(), 9e6);
 }
 
-TEST(DeliveryWindow, IsNeverTooSmallToFindOutMore) {
+TEST(DeliveryWindow, RemembersTheLineWhileLittleIsWritten) {
+    MadeUpLine line;
+    line.bytes_per_second = 1e7;
+    line.run(3);
+    line.asked_bytes_per_second = 1e5;
+    line.run(8);
+    EXPECT_NEAR(line.window.bytes_per_second(), 1e7, 0.05 * 1e7);
+}
+
+/// Its own bytes wait in a queue from the first on, so that no acknowledgement shows the line alone until it is
+/// drained.
+TEST(DeliveryWindow, SeesTheLineAloneFromTimeToTime) {
+    MadeUpLine line;
+    line.bytes_per_second = 1e5;
+    line.round_trip_s = 0.1;
+    line.run(1);
+    line.round_trip_s = 0.3;  // another way
+    line.run(30);
+    EXPECT_NEAR(line.window.acknowledged_after_s(), 0.3 + 65536 / 1e5, 0.5);
+    EXPECT_GT(line.window.acknowledged_after_s(), 0.25);
+}
+
+TEST(DeliveryWindow, IsBounded) {
     DeliveryWindow window;
     EXPECT_EQ(window.bytes(), 65536u);
     for (int i = 0; i < 100; ++i)
-        window.add(0.01 * i, 65536, 0);
+        window.add(0.01 * i, 1000 * i, 1000 * i, true);
     EXPECT_EQ(window.bytes(), 65536u);
+    for (int i = 100; i < 200; ++i)
+        window.add(0.01 * i, 1e8 * i, 1e8 * (i - 10), true);
+    EXPECT_EQ(window.bytes(), std::size_t{8} << 20);
 }
 
 }  // namespace

@@ -256,6 +256,33 @@ TEST_P(EncryptedConnections, HeadsThatMoveAfterTheEndLoseNothing) {
     EXPECT_EQ(ended.get(), asio::error::eof);
 }
 
+TEST_P(EncryptedConnections, WhoeverReadsLateGetsAll) {
+    const std::string answer = long_answer(12'000'000);
+    Answering server(secret_context(secret, TlsRole::server), answer, Answering::End::says_so, GetParam());
+    PoseSender poses;
+    ServerConnection connection(server.address(secret), &poses, {});
+    EXPECT_TRUE(poses.send(pose_at(1)));
+    server.heard().get();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    std::string got;
+    std::vector<std::uint8_t> block(200'000);
+    while (const std::size_t count = connection.read(block))
+        got.append(block.begin(), block.begin() + std::ptrdiff_t(count));
+    EXPECT_TRUE(got == answer) << got.size();
+}
+
+TEST(SrtConnections, WhoeverReadsMuchTooLateIsCutOff) {
+    Answering server(secret_context(secret, TlsRole::server), long_answer(40'000'000), Answering::End::says_so,
+                     Scheme::srt);
+    PoseSender poses;
+    ServerConnection connection(server.address(secret), &poses, {});
+    EXPECT_TRUE(poses.send(pose_at(1)));
+    server.heard().get();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    std::vector<std::uint8_t> block(200'000);
+    EXPECT_THROW(while (connection.read(block) > 0);, WorkError);
+}
+
 TEST_P(EncryptedConnections, OneThatIsCutIsNoEnd) {
     Answering server(secret_context(secret, TlsRole::server), "all", Answering::End::breaks_off, GetParam());
     PoseSender poses;

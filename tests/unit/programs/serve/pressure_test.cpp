@@ -4,6 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include <memory>
+#include <random>
+#include <string>
+#include <vector>
 
 namespace equistream::test {
 namespace {
@@ -113,6 +116,29 @@ TEST_P(Encrypted, WhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
     EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: it does not know the secret") == refused; }));
     EXPECT_EQ(server.end_by(SIGTERM), 0);
     EXPECT_EQ(server.log().find(secret), std::string::npos);
+}
+
+/// What is no SRT, and no TLS within it, does not keep viewers away.
+TEST_F(Serving, OverSrtStrangersPacketsAreNothing) {
+    record("a.mkv");
+    Server server({path("a.mkv"), "--listen", "srt://:0"}, place());
+    const std::string url = server.url();
+    const int socket_handle = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(server.port());
+    std::mt19937 random(1);
+    for (int i = 0; i < 500; ++i) {
+        std::string packet(random() % 1400, ' ');
+        for (char& c : packet)
+            c = char(random());
+        sendto(socket_handle, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+               sizeof address);
+    }
+    close(socket_handle);
+    EXPECT_EQ(run("info --json " + url).status, 0) << server.log();
+    EXPECT_EQ(server.end_by(SIGTERM), 0);
 }
 
 TEST_F(Serving, NoMoreThanSoManyAreWaitedForToShowThatTheyKnowTheSecret) {

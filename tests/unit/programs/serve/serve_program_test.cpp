@@ -145,6 +145,8 @@ TEST_F(Serving, BadUsageIsOneLine) {
         expect_failure(serve("a.mkv", "--listen " + std::string(url)), 2, "expected tcp://HOST:PORT");
     expect_failure(serve("a.mkv", "--listen tcp://0.0.0.0:0"), 2,
                    "expected beyond this machine tls:// or srt://, or --open");
+    Server srt({path("a.mkv"), "--listen", "srt://0.0.0.0:0"}, place());
+    EXPECT_TRUE(comes_true([&] { return srt.lines_with("whoever knows the secret and reaches srt://") == 1; }));
     expect_failure(serve("a.mkv", "--listen tls://short@:0"), 2, "expected a secret of 16 to 128 characters");
     expect_failure(serve("a.mkv", "--listen tcp://:0 --secret-file x"), 2,
                    "--secret-file: expected --listen tls:// or srt://");
