@@ -10,6 +10,10 @@ namespace {
 constexpr double fast_s = 1, short_s = 10;
 /// A rate is taken over the time to an acknowledgement, and over this at least: they come every 10 ms.
 constexpr double shortest_span_s = 0.03;
+/// What has been lost and repaired is acknowledged that much later; what is later still waits in a queue.
+constexpr double repaired_within_s = 0.2;
+/// Between two calls; after a longer one the line was idle.
+constexpr double longest_pause_s = 0.1;
 /// Until it is known.
 constexpr double first_delay_s = 0.1;
 constexpr double gain = 2;
@@ -28,10 +32,17 @@ void DeliveryWindow::add(double time_s, double written_bytes, double delivered_b
         written_at_s = written_.front().time_s;
     if (written_at_s >= 0 && written_at_s < time_s)
         see_delay(time_s, time_s - written_at_s);
-    see_rate(time_s, delivered_bytes, line_is_full);
+    const bool is_queued =
+        !written_.empty() && time_s - written_.front().time_s > 2 * acknowledged_after_s() + repaired_within_s;
+    see_rate(time_s, delivered_bytes, (line_is_full || is_queued) && drains_until_s_ < 0);
 }
 
 void DeliveryWindow::see_rate(double time_s, double delivered_bytes, bool line_is_full) {
+    if (!line_is_full)
+        full_since_s_ = -1;
+    else if (full_since_s_ < 0 || time_s - rate_at_s_ > longest_pause_s)
+        full_since_s_ = time_s;
+    rate_at_s_ = time_s;
     delivered_.push_back({time_s, delivered_bytes});
     const double span_s = std::max(shortest_span_s, acknowledged_after_s());
     while (delivered_.size() > 2 && delivered_[1].time_s <= time_s - span_s)
@@ -40,8 +51,9 @@ void DeliveryWindow::see_rate(double time_s, double delivered_bytes, bool line_i
     if (time_s - before.time_s < shortest_span_s)
         return;
     const double rate = (delivered_bytes - before.value) / (time_s - before.time_s);
-    // While less is written than the line takes, nothing new is known of it.
-    if (!line_is_full && !fastest_.empty() && rate < fastest_.front().value)
+    // Where less was written than the line takes, a low rate says nothing of it.
+    const bool is_the_lines = full_since_s_ >= 0 && before.time_s >= full_since_s_ + acknowledged_after_s();
+    if (!is_the_lines && !fastest_.empty() && rate < fastest_.front().value)
         return;
     while (!fastest_.empty() && fastest_.back().value <= rate)
         fastest_.pop_back();

@@ -31,6 +31,7 @@ private:
     void see_rate(double time_s, double delivered_bytes, bool line_is_full);
 
     std::deque<Sample> written_, delivered_;
+    double full_since_s_ = -1, rate_at_s_ = 0;     // -1: something more could have been written
     std::deque<Sample> fastest_;                   // the best comes first; each is better than all after it
     double shortest_s_ = -1, shortest_at_s_ = 0;   // -1: not known yet
     double drains_until_s_ = -1, drained_s_ = -1;  // so little is on its way that no queue is left; -1: it is not

@@ -34,6 +34,9 @@ constexpr std::chrono::milliseconds between_questions{50};
 /// Of what has arrived and was not read yet; more waits with the server.
 constexpr std::size_t most_kept_bytes = 1 << 18;
 
+/// Of it all addresses of a server together may take so much: then who waits is told what went wrong.
+constexpr double share_of_patience = 0.9;
+
 /// What the caller is to throw.
 struct Problem {
     std::string expected, found;
@@ -135,7 +138,7 @@ private:
                 [this](const asio::error_code& error, const asio::ip::udp::resolver::results_type& found) {
                     if (error)
                         return fail("a server", error);
-                    connect(found.begin(), connect_s_ / double(found.size() + 1));
+                    connect(found.begin(), share_of_patience * connect_s_ / double(found.size()));
                 });
         resolver_.async_resolve(address.host, std::to_string(address.port),
                                 [this](const asio::error_code& error, const tcp::resolver::results_type& found) {

@@ -85,7 +85,7 @@ void SrtLine::read(std::span<char> bytes, Wire::Moved moved) {
 
 /// Takes what has come, whether it is asked for yet or not: SRT never repeats what found its buffer full.
 void SrtLine::drain() {
-    if (is_closed_)
+    if (is_closed_ || has_ended_)
         return;
     int got = 0;
     do {
@@ -98,6 +98,7 @@ void SrtLine::drain() {
     const bool more_may_come = got < 0 && srt_getlasterror(nullptr) == SRT_EASYNCRCV;
     if (!more_may_come) {
         has_ended_ = true;
+        reactor_->forget(socket_);
         srt_close(socket_);
     }
     serve_reads();
@@ -125,7 +126,7 @@ void SrtLine::serve_reads() {
     while (!reads_.empty()) {
         const std::size_t count = std::min(reads_.front().bytes.size(), unread_.size() - unread_begin_);
         if (count == 0 && !has_ended_ && !reads_.front().bytes.empty())
-            return;
+            break;
         std::copy_n(unread_.begin() + std::ptrdiff_t(unread_begin_), count, reads_.front().bytes.begin());
         unread_begin_ += count;
         const bool is_end = count == 0 && !reads_.front().bytes.empty();
@@ -188,7 +189,8 @@ void SrtLine::look() {
     const std::size_t on_their_way = unacknowledged();
     const auto now = Clock::now();
     const auto seconds = [](auto duration) { return std::chrono::duration<double>(duration).count(); };
-    window_.add(seconds(now - start_), double(written_bytes_), double(written_bytes_ - on_their_way),
+    window_.add(seconds(now - start_), double(written_bytes_),
+                double(written_bytes_ - std::min<std::uint64_t>(written_bytes_, on_their_way)),
                 std::exchange(has_waited_, !writes_.empty()));
     set(socket_, SRTO_MAXBW, std::int64_t(pacing_gain * double(window_.bytes()) / window_.acknowledged_after_s()));
     if (on_their_way > 0 && seconds(now - wrote_) > window_.acknowledged_after_s() + fills_after_s) {

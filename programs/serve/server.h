@@ -73,6 +73,7 @@ struct ServerFigures {
 class Server {
 public:
     /// `door` listens; `programme` must outlive it. Throws InputError where browsers cannot come where they should.
+    /// Its io_context does not run any more once it has gone.
     Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings);
     ~Server();
     Server(const Server&) = delete;

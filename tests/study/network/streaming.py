@@ -210,7 +210,8 @@ def lines(options, steps, keep, kept):
                 if found["came"]:
                     key = f"{list(LINES).index(name)}-{way}-{seed}"
                     row["late_ms"] = write_trace(steps.work / f"{key}.csv", found["came"], found["began"])
-                    if row["late_ms"] and row["late_ms"]["median"] < WORTH_SEEING_MS:
+                    sees_all = found["came"][0][1] - found["began"] < FIRST_S
+                    if sees_all and row["late_ms"] and row["late_ms"]["median"] < WORTH_SEEING_MS:
                         traces[key] = row
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
@@ -328,7 +329,7 @@ def line_rows(rows):
             is_scored = all("mean_square" in row for row in found)
             late = [span([row["late_ms"][key] for row in found]) for key in ("median", "p95", "most")]
             yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1), *late,
-                   cell(decibels(whole) - decibels(squares(found))) if is_scored else "-",
+                   cell(round(decibels(whole) - decibels(squares(found)), 2) + 0.0) if is_scored else "-",
                    cell(statistics.mean(row["age_ms"]["mean"] for row in found), 0) if is_scored else "-"]
 
 

@@ -31,6 +31,12 @@ public:
         }
     }
 
+    /// Nothing is written and nobody looks.
+    void pause(double duration_s) {
+        for (double end_s = time_s + duration_s; time_s < end_s; time_s += 0.01)
+            at_far_end_.push_back(std::min(written_, at_far_end_.back() + bytes_per_second * 0.01));
+    }
+
 private:
     double written_ = 0, delivered_ = 0;
     std::vector<double> at_far_end_;  // at each step
@@ -65,6 +71,28 @@ TEST(DeliveryWindow, RemembersTheLineWhileLittleIsWritten) {
     line.asked_bytes_per_second = 1e5;
     line.run(8);
     EXPECT_NEAR(line.window.bytes_per_second(), 1e7, 0.05 * 1e7);
+}
+
+TEST(DeliveryWindow, RemembersTheLineAcrossPausesAndDrains) {
+    MadeUpLine line;
+    line.bytes_per_second = 1e7;
+    line.run(3);
+    line.pause(3);
+    line.run(6.05);
+    EXPECT_GT(line.window.bytes_per_second(), 9e6) << "a burst after a pause";
+    line.asked_bytes_per_second = 3e6;  // 150 kB are on their way
+    line.run(30);
+    EXPECT_GT(line.window.bytes_per_second(), 9e6);
+}
+
+TEST(DeliveryWindow, SeesAQueueThatIsNotItsWindow) {
+    MadeUpLine line;
+    line.bytes_per_second = 2e7;
+    line.run(3);
+    line.bytes_per_second = 1e6;
+    line.asked_bytes_per_second = 1.2e6;
+    line.run(8);
+    EXPECT_LT(line.window.bytes_per_second(), 1.3e6);
 }
 
 /// Its own bytes wait in a queue from the first on, so that no acknowledgement shows the line alone until it is
