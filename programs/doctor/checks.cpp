@@ -109,7 +109,8 @@ Finding find_mitsuba(const Surroundings& here) {
 /// What a server sends by where packets are lost.
 Finding find_congestion_control(const Surroundings&) {
     if (!allows_bbr())
-        return {State::missing, "this system does not allow BBR: lost packets slow streams down, but for srt://", "", {}};
+        return {
+            State::missing, "this system does not allow BBR: lost packets slow streams down, but for srt://", "", {}};
     return Finding::ok("BBR: lost packets hardly slow streams down");
 }
 
