@@ -11,7 +11,7 @@ namespace equistream {
 /// Times in seconds of one clock that does not go back.
 class DeliveryWindow {
 public:
-    /// Every 10 ms or so while something is not acknowledged: all bytes so far that were written, and of these the ones
+    /// Every 5 ms or so while something is not acknowledged: all bytes so far that were written, and of these the ones
     /// that were acknowledged. `line_is_full`: something waited to be written since the last call.
     void add(double time_s, double written_bytes, double delivered_bytes, bool line_is_full);
 

@@ -117,7 +117,7 @@ void SrtLine::drain_soon() {
     poll_.expires_after(between_polls);
     poll_.async_wait([self = shared_from_this()](const asio::error_code& error) {
         self->polls_ = false;
-        if (!error && !self->has_ended_)
+        if (!error)
             self->drain();
     });
 }

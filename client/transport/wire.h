@@ -27,6 +27,7 @@ public:
     virtual void write_some(std::span<const char> bytes, Moved moved) = 0;
     /// Says that there will be no more, behind what was written. Reads go on.
     virtual void end_writing() = 0;
+    /// What was written and has not arrived yet may be lost.
     virtual void close() = 0;
 };
 

@@ -215,7 +215,7 @@ def lines(options, steps, keep, kept):
                         traces[key] = row
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
-    keep("lines", [*(row for row in kept if row["way"] not in options.ways.split(",")), *rows])
+    keep("lines", [*(row for row in kept if row["way"] not in options.ways.split(",")), *rows], f"lines by {options.ways}")
 
 
 def viewers(options, steps, keep, kept):
@@ -377,9 +377,9 @@ def main():
     steps = Steps(options.work.resolve(), options.bin, {}, {"sphere": SPHERE, "eyes": EYES, "seconds": SECONDS})
     kept = json.loads(options.out.read_text()) if options.out.exists() else {}
 
-    def keep(part, found):
+    def keep(part, found, made=None):
         kept.update({"command": "tests/study/network/streaming.py --bin BIN --work W --out docs/results/stream.json", part: found})
-        kept.setdefault("provenance", {})[part] = provenance(options.bin, TESTS.parent)
+        kept.setdefault("provenance", {})[made or part] = provenance(options.bin, TESTS.parent)
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
