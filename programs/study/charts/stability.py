@@ -1,4 +1,4 @@
-"""Chart 5: for each breaker accuracy against its strength, every method and the ceiling; below it how much of what fails the reliability map flags.
+"""Chart 5: for each breaker each method's accuracy less the ceiling's, against its strength; below it how much of what fails the reliability map flags.
 Chart 6: what the eye sees while the server is late: dB and degrees against delay, jitter, loss and silence.
 """
 
@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 from experiments.stability import CEILING, fails_enough
 from found import load
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
 
 from . import looks
 
@@ -18,18 +19,25 @@ TITLES = {"paper": "the paper's: surface from the left eye's sphere"}
 ACROSS = 4
 
 
+LEAST_DB = -20
+"""Beside the ceiling; what is lower is drawn here, with an arrow."""
+
+
 def draw_breaker(level, known, name, breaker):
     values = list(breaker["found"])
     at = range(len(values))
-    for method, colour in {CEILING: "#333333", **COLOURS}.items():
+    ceiling = [breaker["found"][value][CEILING]["psnr_db"] for value in values]
+    level.axhline(0, **looks.LEVEL)
+    for method, colour in COLOURS.items():
         if method not in breaker["found"][values[0]]:
             continue
         figures = [breaker["found"][value][method] for value in values]
-        is_ceiling = method == CEILING
-        level.plot(at, [f["psnr_db"] for f in figures], color=colour, linewidth=1.3, marker="" if is_ceiling else "o", markersize=3, linestyle=(0, (4, 3)) if is_ceiling else "-")
-        if not is_ceiling:
-            told = [f["failing_recall"] if fails_enough(f) else math.nan for f in figures]
-            known.plot(at, [100 * share for share in told], color=colour, linewidth=1.1, marker="o", markersize=2.5)
+        beside = [f["psnr_db"] - most for f, most in zip(figures, ceiling)]
+        level.plot(at, [max(db, LEAST_DB) for db in beside], color=colour, linewidth=1.3, marker="o", markersize=3)
+        level.plot([i for i in at if beside[i] < LEAST_DB], [LEAST_DB for db in beside if db < LEAST_DB], color=colour, linestyle="none", marker="v", markersize=6)
+        told = [f["failing_recall"] if fails_enough(f) else math.nan for f in figures]
+        known.plot(at, [100 * share for share in told], color=colour, linewidth=1.1, marker="o", markersize=2.5)
+    level.set_ylim(LEAST_DB - 1, 2)
     level.set_title(name, loc="left", fontsize=9.5)
     level.set_xticks(at, [])
     known.set_xticks(at, values, fontsize=looks.SMALL, rotation=45)
@@ -57,7 +65,7 @@ def draw_breakers(folder):
         plt.rcParams.update(looks.STYLE)
         breakers = result["breakers"]
         rows = math.ceil(len(breakers) / ACROSS)
-        figure, panels = plt.subplots(2 * rows, ACROSS, figsize=(looks.PAGE_IN, 3.6 * rows + 1.2), squeeze=False, layout="constrained",
+        figure, panels = plt.subplots(2 * rows, ACROSS, figsize=(looks.PAGE_IN, 3.6 * rows + 1.2), squeeze=False, sharey="row", layout="constrained",
                                       gridspec_kw={"height_ratios": [2, 1] * rows})
         for axes in panels.flat[:]:
             axes.tick_params(labelsize=looks.SMALL)
@@ -69,13 +77,13 @@ def draw_breakers(folder):
                 for axes in pair:
                     axes.axis("off")
         for row in range(rows):
-            panels[2 * row][0].set_ylabel("dB, both eyes", fontsize=looks.SMALL)
+            panels[2 * row][0].set_ylabel("dB beside the ceiling", fontsize=looks.SMALL)
             panels[2 * row + 1][0].set_ylabel("% flagged", fontsize=looks.SMALL)
         found = {method for breaker in breakers.values() for by_method in breaker["found"].values() for method in by_method}
         handles = [Line2D([], [], color=colour, marker="o", markersize=3, label=TITLES.get(method, method)) for method, colour in COLOURS.items() if method in found]
-        handles.append(Line2D([], [], color="#333333", linestyle=(0, (4, 3)), label="ceiling: a sphere at each eye, turned"))
+        handles.append(Line2D([], [], **looks.LEVEL, label="ceiling: a sphere at each eye, turned"))
         figure.legend(handles=handles, loc="outside lower center", ncol=4, frameon=False, fontsize=looks.SMALL)
-        looks.title(figure, nearest_to_the_ceiling(breakers), "PSNR of 200x112 eyes, noise and all, by strength, harmless on the left. Below: of failing pixels (off by more than 10 of 255 beyond what the ceiling is off by around them) "
+        looks.title(figure, nearest_to_the_ceiling(breakers), "PSNR of 200x112 eyes, noise and all, less that of the ceiling, by strength, harmless on the left. Below: of failing pixels (off by more than 10 of 255 beyond what the ceiling is off by around them) "
                             "how many the reliability map flags, where there are 0.5 % of them and twice as many as by chance.")
         looks.save(figure, folder / "stability")
         plt.close(figure)
@@ -98,6 +106,7 @@ def draw_sweep(level, degrees, label, by_value, titles):
     level.set_xticks(at, [])
     degrees.set_xticks(at, values, fontsize=looks.SMALL)
     degrees.set_yscale("symlog", linthresh=0.01)
+    degrees.yaxis.set_major_formatter(FuncFormatter(looks.plain_number))
     degrees.set_xlabel(textwrap.fill(label, 24), fontsize=looks.SMALL)
 
 

@@ -1,5 +1,5 @@
-"""Window and base beside what else as many bytes can be (experiments/window.py): whole error on display values against bytes, rendered pixels and the client's
-milliseconds, and against how late it is seen, a row of panels a scene; and the tables of OUT/../window.md, where that page is.
+"""Window and base beside what else as many bytes can be (experiments/window.py): whole error on display values against bytes and the client's milliseconds,
+and against how late it is seen, a row of panels a scene; and the tables of OUT/../window.md, where that page is.
 """
 
 import math
@@ -14,7 +14,7 @@ from . import looks
 COLOURS = {"base": "#aab7b8", "margin": "#c0392b", "pair": "#d4ac0d"}
 SPHERE_COLOURS, WINDOW_COLOURS = ("#85c1e9", "#1f618d"), ("#82e0aa", "#28b463", "#145a32")
 SILENCES_S = (1, 2, 4)
-AXES = ("bytes a frame", "rendered pixels a frame", "client's milliseconds a frame, both eyes")
+AXES = ("bytes a frame", "client's milliseconds a frame")
 
 
 def level(entry):
@@ -35,21 +35,17 @@ def client_ms(entry):
     return sum(times["p50"] for stage, times in entry["milliseconds"].items() if times and stage != "write")
 
 
-def costs(result, entry):
-    return entry["bytes_a_frame"], result["rendered_pixels"][entry["source"]], client_ms(entry)
-
-
 def draw_all(folder):
     results = load(folder, "window")
     if not results:
         return
-    # Results from before heads of later have three panels.
+    # Results from before heads of later have a panel less.
     panels = len(AXES) + any("later" in result for result in results.values())
     figure, rows = plt.subplots(len(results), panels, figsize=(looks.PAGE_IN, 2.6 * len(results) + 1.6), squeeze=False, sharey="row", layout="constrained")
     for row, (scene, result) in zip(rows, results.items()):
         for axis, axes in enumerate(row[:len(AXES)]):
             draw_scene(axes, result, axis)
-            axes.set_xlabel(AXES[axis].replace(", both eyes", ""), fontsize=looks.SMALL)
+            axes.set_xlabel(AXES[axis], fontsize=looks.SMALL)
         for axes in row[len(AXES):]:
             draw_later(axes, result)
         row[0].set_ylabel(f"{scene}\nwhole error, dB", fontsize=looks.SMALL)
@@ -73,14 +69,19 @@ def gains(results):
 
 
 def draw_scene(axes, result, axis):
+    """Times differ by what else a machine does, so they are points without a line."""
     for name, colour in colours(result["titles"]).items():
         entries = [entry for entry in result["rest"] if entry["source"] == name]
-        points = [(cost, level(entry)) for entry in entries if (cost := costs(result, entry)[axis]) is not None]
+        points = [(cost, level(entry)) for entry in entries if (cost := (entry["bytes_a_frame"], client_ms(entry))[axis]) is not None]
         if points:
-            axes.plot(*zip(*points), color=colour, marker="o", markersize=4, linewidth=1.3, label=result["titles"][name])
+            axes.plot(*zip(*points), color=colour, marker="o", markersize=4, linestyle=("-", "none")[axis], linewidth=1.3, label=legend_text(result, name))
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
     axes.tick_params(labelsize=looks.SMALL)
+
+
+def legend_text(result, name):
+    return f"{result['titles'][name]} ({result['rendered_pixels'][name] / 1e6:.2f} million pixels rendered)"
 
 
 def draw_later(axes, result):
@@ -149,7 +150,7 @@ def rest_table(results):
     rows = []
     for scene, result in results.items():
         for entry in result["rest"]:
-            count, pixels, ms = costs(result, entry)
+            count, pixels, ms = entry["bytes_a_frame"], result["rendered_pixels"][entry["source"]], client_ms(entry)
             rows.append([scene, result["titles"][entry["source"]], str(entry["crf"]), cell(level(entry)), f"{count / 1000:,.1f}", f"{pixels / 1000:,.0f}", cell(ms, 1)])
     return table(["scene", "source", "CRF", "whole error, dB", "kB a frame", "thousand pixels rendered", "ms, both eyes"], rows)
 
