@@ -6,12 +6,15 @@ LARGEST_ARRAY = 1000
 """Of Slurm, unless its administrator allows more (MaxArraySize)."""
 SUBMIT = """#!/bin/sh
 # Submits every job of this farm to Slurm. Words go to each sbatch: sh submit.sh --partition=NAME --account=NAME
-# Submitted again, it goes on where it was: what is finished stays.
+# Submitted again, it goes on where it was: what is finished stays. Jobs of before must have ended: two tasks in one folder would be in each other's way.
 set -e
 cd "$(dirname "$0")"
 mkdir -p logs
 command -v equistream > /dev/null || {{ echo 'submit.sh: expected equistream in PATH, found none' >&2; exit 1; }}
-submit() {{ job=$(sbatch --parsable --job-name={name}-"$@"); job=${{job%%;*}}; }}
+left=$(if test -s submitted; then squeue --me --noheader --format=%F | sort -u | grep --line-regexp --file=submitted || true; fi)
+test -z "$left" || {{ echo "submit.sh: expected no job of this farm in the queue, found" $left"; wait, or scancel them first" >&2; exit 1; }}
+: > submitted
+submit() {{ job=$(sbatch --parsable --job-name={name}-"$@"); job=${{job%%;*}}; echo "$job" >> submitted; }}
 
 {steps}
 echo "submitted; squeue --me lists the jobs, logs/ has what they say"

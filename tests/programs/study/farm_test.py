@@ -249,6 +249,9 @@ class Slurm(InSystems):
     def test_the_farm(self):
         with tempfile.TemporaryDirectory(prefix="equistream_slurm_") as folder, slurm_here.Slurm(folder) as slurm:
             slurm.run("sh", self.root / "farm/submit.sh", PATH=ENVIRONMENT["PATH"])
+            refused = subprocess.run(["sh", self.root / "farm/submit.sh"], env={**slurm.environment, "PATH": ENVIRONMENT["PATH"]}, capture_output=True, text=True)
+            self.assertEqual(refused.returncode, 1, refused.stdout)
+            self.assertRegex(refused.stderr, r"^submit.sh: expected no job of this farm in the queue, found \d+( \d+)*; wait, or scancel them first\n$")
             os.kill(self.in_the_middle(3), signal.SIGKILL)
             self.in_the_middle(6)
             task = next(job for job, name, *_ in slurm.jobs() if job.endswith("_2"))
