@@ -30,7 +30,11 @@ double degrees_between(const glm::dquat& a, const glm::dquat& b) {
 }
 
 Json quantiles_json(const Quantiles& spread) {
-    return {{"mean", spread.mean}, {"median", spread.median}, {"p95", spread.p95}, {"max", spread.max}};
+    return {{"mean", spread.mean},
+            {"median", spread.median},
+            {"p95", spread.p95},
+            {"p99", spread.p99},
+            {"max", spread.max}};
 }
 
 Json refresh_json(const ViewedRefresh& refresh) {
@@ -175,7 +179,7 @@ Quantiles quantiles_of(std::vector<double> values) {
         return values[std::clamp<std::size_t>(rank, 1, values.size()) - 1];
     };
     return {std::accumulate(values.begin(), values.end(), 0.0) / double(values.size()), ranked(0.5), ranked(0.95),
-            values.back()};
+            ranked(0.99), values.back()};
 }
 
 ViewingReport report_viewing(std::span<const ViewedRefresh> refreshes, double refresh_hz) {

@@ -47,7 +47,7 @@ struct ViewedRefresh {
 
 /// Of a figure over refreshes; percentiles are nearest ranks.
 struct Quantiles {
-    double mean = 0, median = 0, p95 = 0, max = 0;
+    double mean = 0, median = 0, p95 = 0, p99 = 0, max = 0;
 };
 Quantiles quantiles_of(std::vector<double> values);
 

@@ -84,6 +84,12 @@ public:
     }
 
 private:
+    /// Of a sphere on its way to the encoder.
+    struct Times {
+        Clock::time_point ordered, rendered;
+        double pose_age_s = 0;  // when it was ordered
+    };
+
     void start_renderer() {
         is_ready_ = is_rendering_ = has_rendered_ = false;
         child_.emplace(io_, settings_.program, settings_.arguments,
@@ -164,6 +170,7 @@ private:
         last_frame_ = frame;
         ordered_ = now;
         is_rendering_ = true;
+        pose_age_s_ = stream_.steering_age_s();
         // A window lies where eyes will look once it is on its way.
         const Samples samples = pace_.samples();
         child_->order(
@@ -175,21 +182,30 @@ private:
         has_rendered_ = true;
         figures_.render_s += frame.render_s;
         figures_.write_s += frame.write_s;
+        figures_.stages.add(LiveStage::render, seconds_since(ordered_) - frame.write_s);
+        figures_.stages.add(LiveStage::hand_over, frame.write_s);
+        if (pose_age_s_)
+            figures_.stages.add(LiveStage::pose, *pose_age_s_);
         const Samples samples = pace_.samples();
         tell(pace_.took(seconds_since(ordered_)), samples, seconds_since(ordered_));
         ++coding_;
         asio::post(worker_, [this, frame, begin_group = stream_.take_joined(), coarser = rate_.coarser(),
-                             ordered = ordered_] { encode(frame, begin_group, coarser, ordered); });
+                             times = Times{ordered_, Clock::now(), pose_age_s_.value_or(0)}] {
+            encode(frame, begin_group, coarser, times);
+        });
         look();
     }
 
     /// In the worker's thread.
-    void encode(const RenderedFrame& frame, bool begin_group, double coarser, Clock::time_point ordered) {
+    void encode(const RenderedFrame& frame, bool begin_group, double coarser, const Times& times) {
         const auto start = Clock::now();
         try {
             auto coded = encoder_.encode(frame.file, frame.window, begin_group, coarser);
-            asio::post(io_, [this, coded = std::move(coded), took_s = seconds_since(start), ordered] {
-                publish(coded, took_s, ordered);
+            asio::post(io_, [this, coded = std::move(coded), start, took_s = seconds_since(start), times] {
+                figures_.stages.add(LiveStage::wait, std::chrono::duration<double>(start - times.rendered).count());
+                figures_.stages.add(LiveStage::encode, took_s);
+                figures_.stages.add(LiveStage::all, times.pose_age_s + seconds_since(times.ordered));
+                publish(coded, took_s, times.ordered);
             });
         } catch (...) {
             asio::post(io_, [this, problem = std::current_exception()] { end(problem); });
@@ -321,7 +337,8 @@ private:
     Clock::time_point start_ = Clock::now(), time_zero_, ordered_, noted_ = start_, rate_noted_{};
     std::int64_t last_frame_ = -1;
     double busy_s_ = 0, coded_bits_ = 0;
-    double last_age_s_ = 0;  // as in LiveFigures, of the last sphere
+    double last_age_s_ = 0;             // as in LiveFigures, of the last sphere
+    std::optional<double> pose_age_s_;  // when the last sphere was ordered; nothing: nobody steers
     std::int64_t intervals_ = 0;
     int coding_ = 0;  // frames that the worker has not coded yet
     bool is_ready_ = false, is_rendering_ = false, has_rendered_ = false, was_idle_ = true, is_listening_ = false;

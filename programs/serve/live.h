@@ -3,6 +3,7 @@
 #include "live_encoder.h"
 #include "pace.h"
 #include "server.h"
+#include "stage_times.h"
 
 #include <programs/cli/program.h>
 
@@ -38,6 +39,7 @@ struct LiveFigures {
     double coded_mbps = 0;    ///< megabits a second as coded, on average
     std::int64_t missed = 0;  ///< spheres that viewers behind passed over
     double age_s = 0;         ///< from when a sphere's place was taken to when its bytes could be sent
+    StageTimes stages;
     std::int64_t poses = 0;
     ServerFigures server;
 };

@@ -33,6 +33,7 @@ bool HeardHead::hear(std::span<const char> bytes) {
     if (!pose)
         return false;
     pose_ = pose;
+    heard_ = Clock::now();
     // Poses that came in one burst were not that near to each other.
     const double now_s = seconds_since(start_);
     if (!seen_s_ || now_s - *seen_s_ >= shortest_pose_gap_s) {
@@ -188,6 +189,11 @@ const LiveFeed* LiveStream::steers() const {
 std::optional<Pose> LiveStream::steering(double ahead_s) const {
     const LiveFeed* const feed = steers();
     return feed == nullptr ? std::nullopt : std::optional(feed->head().head(ahead_s));
+}
+
+std::optional<double> LiveStream::steering_age_s() const {
+    const LiveFeed* const feed = steers();
+    return feed == nullptr ? std::nullopt : std::optional(feed->head().age_s());
 }
 
 std::optional<std::pair<int, Delivery>> LiveStream::delivery() const {

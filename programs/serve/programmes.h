@@ -55,11 +55,14 @@ public:
     Pose head(double ahead_s) const;
     /// What the viewer says that it shows, or what most do at most; no wider than any headset.
     ViewExtent view() const;
+    /// Since the last pose came. It must be known.
+    double age_s() const { return seconds_since(heard_); }
 
 private:
     Clock::time_point start_ = Clock::now();
     ViewerMessageReader messages_;
     std::optional<ViewerPose> pose_;
+    Clock::time_point heard_{};  // the pose
     HeadPredictor turning_;
     std::optional<double> seen_s_;  // when the predictor was told a pose last
 };
@@ -93,6 +96,8 @@ public:
     /// Of the viewer that came first of those who have sent one: where its head is, turned as it will be so long from
     /// now.
     std::optional<Pose> steering(double ahead_s) const;
+    /// Since that pose came.
+    std::optional<double> steering_age_s() const;
     /// The mean of that viewer's gaze and of the gazes within 30 degrees of it, in the world; nothing before there is
     /// such a viewer.
     std::optional<glm::dvec3> gaze(double ahead_s) const;

@@ -97,6 +97,7 @@ void report(const Options& options, const LiveFigures& figures) {
                         {"mbit_per_s", figures.coded_mbps},
                         {"missed", figures.missed},
                         {"age_s", figures.age_s},
+                        {"stages_ms", figures.stages.json()},
                         {"poses", figures.poses}};
         if (figures.samples.base)
             line["live"]["base_spp"] = *figures.samples.base;

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What networks do to a stream: docs/results/stream.json.
 
-usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,viewers,live,faults]
+usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,viewers,live,faults,pose]
 
 Needs root: real sockets in two network namespaces, with a line between them that is emulated packet by packet (emulated.py).
 
@@ -14,6 +14,8 @@ viewers: one and eight at a time, each with a decoder of its own.
 faults: a server, a viewer and a line that end without a word.
 
 live: `equistream serve SCENE` over a line that carries ever less, and then all again.
+
+pose: how long a pose takes until both eyes' pictures of its sphere are there, by stage, on one machine.
 
 --other-bin: programs whose server leaves congestion control to the system. That is set to Reno for them, which slows down where packets are lost.
 """
@@ -61,6 +63,7 @@ LIVE = ("--size", "480x240", "--spp", "4", "--rate", "4")
 LIVE_SHARES = ((0, 1e9), (8, None), (24, 1e9))
 """From that second on the line carries so many Mbit/s; None: a tenth of what it carried until then."""
 LIVE_S, SETTLED_S = 40, 4
+POSE_S = 60
 
 
 def make_inputs(steps):
@@ -304,6 +307,30 @@ def cut_off(programs, stream):
     return result
 
 
+def pose(options, steps, keep, kept):
+    """The server's stages are its own report's; a viewer's head moves so that each picture tells when its pose was sent (live_viewer.cpp)."""
+    steps.run("pavilion", "scene", "generate", "pavilion", "--out", "pavilion")
+    server = Server(options.bin, steps.work / "pavilion/pavilion.json", "tcp://127.0.0.1:0", *LIVE)
+    said = json.loads(subprocess.run([options.bin / "equistream_live_viewer", server.url, str(POSE_S)], check=True, capture_output=True, text=True).stdout)
+    report = server.end()["live"]
+    # Where a sphere was passed over, it is not known which ones came when.
+    came = said["came_s"] if said["frames_shown"] == said["frames_received"] else []
+    stages = {name: {key: round(times[key], 2) for key in ("p50", "p99")} | {"samples": times["samples"]} for name, times in report["stages_ms"].items()}
+    shown = said["shown"]
+    if came:
+        stages["until received"] = spread([came[each["number"] - 1] - each["sent_s"] for each in shown])
+        stages["until shown"] = spread([each["shown_s"] - came[each["number"] - 1] for each in shown])
+    stages["pose to picture"] = spread([each["shown_s"] - each["sent_s"] for each in shown])
+    keep("pose", {"stages_ms": stages, "decode_ms": said["decode_ms"], "render_ms": said["render_ms"], "playout_delay_ms": spread([each["playout_delay_s"] for each in shown]),
+                  "spheres_per_s": report["spheres_per_s"], "spp": report["spp"]})
+
+
+def spread(seconds):
+    """Milliseconds, nearest ranks."""
+    ranked = sorted(1000 * each for each in seconds)
+    return {**{name: round(ranked[max(0, math.ceil(share * len(ranked)) - 1)], 2) for name, share in (("p50", 0.5), ("p99", 0.99))}, "samples": len(ranked)}
+
+
 def decibels(mean_square):
     return -10 * math.log10(mean_square)
 
@@ -347,6 +374,15 @@ def live_rows(found):
                cell(statistics.median(later)), cell(later[-1]), cell(max(sphere["later_s"] for sphere in settled)), cell(statistics.mean(sphere["crf"] for sphere in settled), 1)]
 
 
+STAGES = {"pose": "at the server: a pose waits until a sphere is ordered", "render": "the sphere is rendered", "hand_over": "its file is written", "wait": "the encoder is not free yet",
+          "encode": "it is coded", "all": "from a pose's coming to bytes that can be sent", "until received": "at the viewer: from a pose's sending until its sphere is decoded",
+          "until shown": "until both eyes' pictures are there", "pose to picture": "from a pose's sending to both eyes' pictures"}
+
+
+def pose_rows(found):
+    return [[words, *(cell(found["stages_ms"][name][key], 1) for key in ("p50", "p99"))] for name, words in STAGES.items() if name in found["stages_ms"]]
+
+
 def write_page(found, page):
     text = page.read_text()
     if "lines" in found:
@@ -357,6 +393,8 @@ def write_page(found, page):
     if "live" in found:
         text = place(text, "live", "stream", table(["from", "the line carries, Mbit/s", "sent, Mbit/s", "spheres", "later, median, s", "latest, s", f"latest after {SETTLED_S} s", "CRF then"],
                                                    live_rows(found["live"])))
+    if "pose" in found:
+        text = place(text, "pose", "stream", table(["stage", "median, ms", "99 %, ms"], pose_rows(found["pose"]), 1))
     write_whole(page, text)
 
 
@@ -366,7 +404,7 @@ def main():
     parser.add_argument("--other-bin", type=pathlib.Path, help="the same, of a server that leaves congestion control to the system")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
     parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
-    parser.add_argument("--parts", default="lines,viewers,live,faults", help="which of them")
+    parser.add_argument("--parts", default="lines,viewers,live,faults,pose", help="which of them")
     parser.add_argument("--ways", default=",".join(WAYS), help="of the lines; figures of others are kept")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
@@ -383,7 +421,7 @@ def main():
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
-        {"lines": lines, "viewers": viewers, "live": live, "faults": faults}[part](options, steps, keep, kept.get(part, []))
+        {"lines": lines, "viewers": viewers, "live": live, "faults": faults, "pose": pose}[part](options, steps, keep, kept.get(part, []))
     write_page(kept, options.page)
 
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -319,6 +320,9 @@ TEST(ViewingReport, SumsUpByHand) {
     EXPECT_NEAR(json["state_s"]["playing"].get<double>(), 0.3, 1e-12);
     EXPECT_NE(report.table().find("head off by, degrees"), std::string::npos);
     EXPECT_EQ(quantiles_of({}).max, 0);
+    std::vector<double> many(200);
+    std::iota(many.rbegin(), many.rend(), 1);
+    EXPECT_EQ(quantiles_of(many).p99, 198);
 }
 
 }  // namespace
