@@ -64,6 +64,10 @@ export class TrackDecoder {
         throw expectedFound(this.name, "video that this browser decodes", `${this.config.codec} (encode --codec h264)`);
     }
 
+    get isClosed() {
+        return this.decoder.state === "closed";
+    }
+
     /// Packets that have not been decoded.
     get waiting() {
         return this.decoder.decodeQueueSize;
@@ -89,7 +93,7 @@ export class TrackDecoder {
     }
 
     close() {
-        if (this.decoder.state !== "closed")
+        if (!this.isClosed)
             this.decoder.close();
     }
 }

@@ -25,18 +25,26 @@ export class Head {
         this.down = new Set();
         this.centre();
         this.device = null;
+        this.dragged = null;  // the pointer that turns
         element.addEventListener("pointerdown", event => {
+            if (event.button !== 0 || this.dragged !== null)
+                return;
             element.setPointerCapture(event.pointerId);
             this.dragged = event.pointerId;
         });
         element.addEventListener("pointermove", event => {
+            if (!event.buttons)  // it was let go where nobody heard
+                this.dragged = null;
             if (this.dragged !== event.pointerId)
                 return;
             this.yaw += turnPerPixel * event.movementX;
             this.tilt(turnPerPixel * event.movementY);
         });
         for (const end of ["pointerup", "pointercancel"])
-            element.addEventListener(end, () => this.dragged = null);
+            element.addEventListener(end, event => {
+                if (event.pointerId === this.dragged)
+                    this.dragged = null;
+            });
         addEventListener("blur", () => this.down.clear());
     }
 

@@ -18,6 +18,9 @@ const defaultFov = 90 * Math.PI / 180;
 /// Of a key, with or without shift.
 const nameOf = event => event.key.length === 1 ? event.key.toLowerCase() : event.key;
 const layouts = ["one", "side by side", "anaglyph"];
+/// What a button or the time line does itself with a key.
+const isControlsOwn = (control, key) => control.tagName === "BUTTON" ? key === " " || key === "Enter"
+    : control.id === "time" && /^(Arrow|Page|Home|End)/.test(key);
 
 class Page {
     constructor() {
@@ -29,6 +32,7 @@ class Page {
         this.head = new Head(this.canvas);
         this.layout = Math.max(0, layouts.indexOf(words.get("layout")));
         this.player = null;
+        this.isSought = false;  // the time line's thumb is held
         this.refreshes = [];  // when the last ones were, milliseconds
         this.times = {opened: null, firstPicture: null};
         this.isExact = false;  // a test says what is shown
@@ -65,8 +69,10 @@ class Page {
             }
             player.end();
         } catch (error) {
-            if (!player.isClosed)
-                this.fail(error);
+            if (player.isClosed)
+                return;
+            this.fail(error);
+            player.recording.isComplete = true;  // what came is played
         }
     }
 
@@ -157,7 +163,7 @@ class Page {
             return;
         this.live?.sendHead(this.shownFrame.frame.info.time, head, view);
         // What has not changed stays on the screen.
-        const seen = JSON.stringify([this.shownFrame.changes, view, eyes, this.layout]);
+        const seen = JSON.stringify([this.shownFrame.changes, this.canvas.width, view, eyes, this.layout]);
         if (seen === this.seen)
             return;
         this.seen = seen;
@@ -172,10 +178,12 @@ class Page {
         else
             [left, right].forEach((eye, i) => this.renderer.show(
                 null, {left: i * half, bottom: 0, width: half, height}, eye, eye, false));
-        if (!this.times.firstPicture) {
-            this.times.firstPicture = performance.now();
-            of("loading").hidden = true;
-        }
+        this.hasPicture();
+    }
+
+    hasPicture() {
+        this.times.firstPicture ??= performance.now();
+        of("loading").hidden = true;
     }
 
     /// To the time of this refresh; seconds since the one before.
@@ -204,6 +212,8 @@ class Page {
     }
 
     drawHeadset(time, eyes, head, framebuffer) {
+        if (!this.player)
+            return;
         this.goOn(time);
         const {around} = this;
         if (!around)
@@ -217,7 +227,7 @@ class Page {
             const picture = this.renderer.drawEye(view, poses[i], i, eyes.length);
             this.renderer.show(framebuffer, place, picture, picture, false);
         });
-        this.times.firstPicture ??= performance.now();
+        this.hasPicture();
     }
 
     tell() {
@@ -236,7 +246,7 @@ class Page {
         of("figures").textContent = parts.join("  ");
         of("line").hidden = player.isLive;
         of("time").max = player.length;
-        if (document.activeElement !== of("time"))
+        if (!this.isSought)
             of("time").value = player.time;
         of("pause").textContent = player.plays ? "❚❚" : "▶";
     }
@@ -264,7 +274,7 @@ class Page {
         };
         addEventListener("keydown", event => {
             const name = nameOf(event);
-            if (event.ctrlKey || event.metaKey || event.altKey)
+            if (event.ctrlKey || event.metaKey || event.altKey || isControlsOwn(event.target, event.key))
                 return;
             if (this.head.key(name, true))
                 return event.preventDefault();
@@ -282,8 +292,19 @@ class Page {
                 actions[button.dataset.key]();
             });
         of("time").addEventListener("input", () => this.player?.seek(Number(of("time").value)));
-        of("time").addEventListener("change", () => of("time").blur());
-        of("file").addEventListener("change", () => of("file").files[0] && this.openFile(of("file").files[0]));
+        of("time").addEventListener("pointerdown", () => this.isSought = true);
+        for (const end of ["pointerup", "pointercancel"])
+            addEventListener(end, () => {
+                if (this.isSought)
+                    of("time").blur();  // arrows turn again
+                this.isSought = false;
+            });
+        of("file").addEventListener("change", () => {
+            const [file] = of("file").files;
+            of("file").value = "";  // the same one may be opened again
+            if (file)
+                this.openFile(file);
+        });
         addEventListener("dragover", event => event.preventDefault());
         addEventListener("drop", event => {
             event.preventDefault();
@@ -293,7 +314,9 @@ class Page {
         this.canvas.addEventListener("webglcontextlost", () => this.fail(new StreamError(
             "the browser has taken the graphics card away: load the page again")));
         Headset.isThere().then(isThere => of("headset").hidden = !isThere);
-        of("headset").addEventListener("click", () => this.headset.start().catch(error => this.fail(error)));
+        of("headset").addEventListener("click", () => this.player
+            ? this.headset.start().catch(error => this.fail(error))
+            : this.fail(new StreamError("open a stream first")));
         of("gyroscope").hidden = !("ontouchstart" in window);
     }
 

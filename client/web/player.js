@@ -28,8 +28,9 @@ export class Player {
             if (this.recording)
                 this.recording.add(packet);
             else
-                this.packets = this.packets.then(() => this.maker.push(packet)).catch(this.onProblem);
+                this.packets = this.packets.then(() => this.pushLive(packet)).catch(this.onProblem);
         }, this.maker.leftOut);
+        this.highest = -1;  // index of a live stream's main packets
         this.noted = 0;
     }
 
@@ -37,6 +38,20 @@ export class Player {
         this.bytes += bytes.length;
         this.reader.push(bytes);
         this.tellProblems();
+    }
+
+    /// A recording that its server sends over and over begins again with lower numbers.
+    async pushLive(packet) {
+        const {role, key, info} = packet;
+        if (role === "main") {
+            if (key && info.index <= this.highest) {
+                await this.maker.finish();
+                this.maker.restart();
+                this.highest = -1;
+            }
+            this.highest = Math.max(this.highest, info.index);
+        }
+        await this.maker.push(packet);
     }
 
     tellProblems() {

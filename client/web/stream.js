@@ -45,6 +45,8 @@ export class StreamReader {
     addTrack(track) {
         if (track.codec !== "avc1" && track.codec !== "avc3") {
             this.otherCodec = track.codec;
+            this.problems.add(`a track of ${track.codec} is left out: browsers decode encode --codec h264, ` +
+                              "of depth encode --depth pece420");
             return;
         }
         track.avc = describeAvc(track.description);
@@ -57,9 +59,6 @@ export class StreamReader {
                                          : "pictures with poses, as `equistream encode` writes";
         if (!this.byRole.has("main"))
             throw expectedFound(this.name, expected, this.otherCodec ?? "none");
-        if (this.otherCodec && !this.byRole.has("depth"))
-            this.problems.add(`a track of ${this.otherCodec} is left out: depth that browsers decode is ` +
-                              "encode --depth pece420");
     }
 
     take(id, bytes) {
@@ -83,8 +82,8 @@ export class StreamReader {
         if (!usedRoles.has(role) || this.leftOut.has(role))
             return;
         const first = this.byRole.get(role) ?? track;
-        this.byRole.set(role, first);
-        if (first !== track) {
+        this.byRole.set(role, track);
+        if (first.id !== track.id) {  // a stream that begins again says all its tracks again
             this.problems.add("tiles are not shown by this page: the sphere around them is");
             this.leftOut.add("window").add("window-depth");
             return;

@@ -11,6 +11,7 @@ import math
 import pathlib
 import random
 import shutil
+import socket
 import ssl
 import struct
 import subprocess
@@ -189,6 +190,32 @@ class Streams(Web):
         self.open_stream(self.encode("w12.mkv", "--depth", "w12"))
         self.browser.wait_for("document.getElementById('note').textContent.includes('encode --depth pece420')")
         self.assertIn("no depth", self.said("figures"))
+
+    def test_a_decoder_that_was_taken_away_is_opened_again(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.browser.wait_for("equistream.shownFrame.frame")
+        self.browser.evaluate("for (const decoder of equistream.player.maker.decoders.values()) decoder.close();"
+                              "globalThis.turns = new Set()")
+        self.browser.wait_for("turns.add(equistream.player.maker.generation) && turns.size > 2 && equistream.player.shown.main.distances")
+
+    def test_buttons_and_the_time_line_keep_their_own_keys(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.browser.wait_for("equistream.shownFrame.frame")
+
+        def press(key, on):
+            self.browser.evaluate(f"{on}.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))")
+
+        press("ArrowRight", "document.getElementById('time')")
+        self.assertEqual(self.browser.evaluate("equistream.head.down.size"), 0)
+        press(" ", "document.querySelector('[data-key=v]')")
+        self.assertTrue(self.browser.evaluate("equistream.player.plays"))
+        press("ArrowRight", "document.body")
+        self.assertEqual(self.browser.evaluate("equistream.head.down.size"), 1)
+
+    def test_a_headset_without_a_stream_is_told_so(self):
+        self.open("")
+        self.browser.evaluate("document.getElementById('headset').click(); equistream.drawHeadset(0, [], null, null)")
+        self.assertEqual(self.said(), "open a stream first")
 
     def test_it_plays_over_and_over_and_stops_and_jumps(self):
         self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
@@ -431,6 +458,34 @@ class Serve(Web):
         self.browser.wait_for(f"equistream.shownFrame.frame.index === {FRAMES - 1}")
         self.assertEqual(self.said(), "")
         self.assertEqual(self.end(server)["viewers"], 1)
+
+    def test_a_recording_that_is_sent_over_and_over(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop")
+        self.browser.open(url + "?live=stream")
+        self.browser.wait_for("(globalThis.turns ??= new Set()).add(equistream.player.maker.generation) && turns.size > 3")
+        self.browser.wait_for(f"equistream.shownFrame.frame.index === {FRAMES - 1} && equistream.shownFrame.frame.main.distances")
+        self.assertEqual(self.said("note"), "")
+        self.assertEqual(self.said(), "")
+
+    def test_those_that_find_no_room_count_until_they_have_gone(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--viewers", 1)
+        host, port = url.removeprefix("http://").rstrip("/").split(":")
+
+        def answer():
+            """The first bytes that come after an upgrade by a page of this server; the connection stays."""
+            connection = socket.create_connection((host, int(port)), 30)
+            self.addCleanup(connection.close)
+            connection.sendall(f"GET /stream HTTP/1.1\r\nHost: {host}:{port}\r\nOrigin: http://{host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+                               "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode())
+            try:
+                return connection.recv(12)
+            except ConnectionError:
+                return b""
+
+        self.assertEqual(answer(), b"HTTP/1.1 101")  # the one that there is room for
+        for _ in range(64):
+            self.assertEqual(answer(), b"HTTP/1.1 101")  # said "no room" then, and waited for
+        self.assertEqual(answer(), b"")
 
     def test_a_scene(self):
         server, url = self.serve(self.scene, "--size", "128x64", "--spp", 1)
