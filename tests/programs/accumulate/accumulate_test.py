@@ -130,6 +130,7 @@ class Accumulate(unittest.TestCase):
         for name in first:
             np.testing.assert_array_equal(first[name], second[name], name)
 
+    @unittest.skipUnless((BIN / "equistream-render-mitsuba").exists(), "built without Mitsuba")
     def test_mitsuba(self):
         ended = run("render", self.scene, "--host", "mitsuba", *SIZE, "--path", self.still_path, "--frames", "0-3", "--spp", "2", "--accumulate", "8", "--aovs", "samples", "--out", self.root / "mitsuba")
         self.assertEqual(ended.returncode, 0, ended.stderr)

@@ -119,6 +119,7 @@ class Denoise(unittest.TestCase):
         self.assertNotIn("guide_albedo.R", planes_of(file))
         self.assertIn("Denoise", run("info", file).stdout)
 
+    @unittest.skipUnless((BIN / "equistream-render-mitsuba").exists(), "built without Mitsuba")
     def test_mitsuba(self):
         words = ["render", self.scene, "--host", "mitsuba", "--spp", "4", "--aovs", "depth,raw,guides", "--denoise", "balanced", "--frames", "0", "--progress", "none"]
         ended = run(*words, "--size", "64x32", "--layers", "--out", self.root / "mitsuba-layers")  # ray by ray

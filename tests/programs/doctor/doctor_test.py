@@ -56,13 +56,14 @@ class Doctor(unittest.TestCase):
         done = doctor(DISPLAY=None, EQUISTREAM_SCENES=None)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         lines = done.stdout.splitlines()
-        self.assertEqual([line.split()[0] for line in lines if line[:1].strip()][:-1], CHECKS)
+        first_words = [line.split()[0] for line in lines if line[:1].strip()]
+        self.assertEqual(first_words[:len(CHECKS) + 1], [*CHECKS, "What"])
         self.assertLessEqual(max(map(len, lines)), 101)
         row = next(i for i, line in enumerate(lines) if line.startswith("display"))
         self.assertEqual(lines[row].split(), ["display", "missing", "DISPLAY", "is", "not", "set"])
         self.assertIn("needed by: view", lines[row + 1])
         self.assertIn("to get it: ", lines[row + 2])
-        self.assertIn("display", lines[-1])
+        self.assertIn("display", " ".join(lines[lines.index("") + 1:]))  # what is missing may take two lines
 
     def test_hidden_things_are_missing_and_core_commands_need_none_of_them(self):
         with tempfile.TemporaryDirectory() as empty:
