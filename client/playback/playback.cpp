@@ -53,7 +53,7 @@ void Playback::seek(double time_s) {
     const FrameInfo& first = loader_.first();
     time_s_ = std::max(time_s, first.time_s);
     const double frames = (time_s_ - first.time_s) * first.frames_per_second;
-    loader_.seek(first.index + std::int64_t(std::ceil(frames - same_frame)));
+    loader_.seek(first.index + std::int64_t(std::ceil(std::min(frames - same_frame, double(max_frame_index)))));
     forget_reel();
 }
 

@@ -33,33 +33,53 @@ SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m
 
 namespace {
 
-void require_tagged_size(const ReceivedPicture& picture, const char* track) {
-    const int width = picture_width(picture.info), height = picture_height(picture.info);
-    const auto require = [&](const char* what, int found_width, int found_height) {
-        if (found_width != width || found_height != height)
-            throw WorkError(expected_found("frame " + std::to_string(picture.info.index) + ", " + track,
-                                           what + (" of " + size_text(width, height)) + ", as it is tagged",
-                                           size_text(found_width, found_height)));
-    };
-    require("a picture", picture.width(), picture.height());
+void require_size(const ReceivedPicture& picture, const char* track, const char* what, int width, int height) {
+    const int tagged_width = picture_width(picture.info), tagged_height = picture_height(picture.info);
+    if (width != tagged_width || height != tagged_height)
+        throw WorkError(expected_found("frame " + std::to_string(picture.info.index) + ", " + track,
+                                       what + (" of " + size_text(tagged_width, tagged_height)) + ", as it is tagged",
+                                       size_text(width, height)));
+}
+
+void require_planes_of_tagged_size(const ReceivedPicture& picture, const char* track) {
     for (const auto& [what, plane] : {std::pair("depth", &picture.depth_m),
                                       {"mirrors", &picture.specular},
                                       {"depth of mirrored images", &picture.virtual_depth_m}})
         if (!plane->empty())
-            require(what, plane->width(), plane->height());
+            require_size(picture, track, what, plane->width(), plane->height());
+}
+
+void require_tagged_size(const ReceivedPicture& picture, const char* track) {
+    require_size(picture, track, "a picture", picture.width(), picture.height());
+    require_planes_of_tagged_size(picture, track);
+}
+
+/// What is no atlas is looked up by its camera, whose size is not an atlas's.
+void require_no_atlas(const ReceivedPicture& picture, const char* track) {
+    if (picture.info.patches)
+        throw WorkError(expected_found("frame " + std::to_string(picture.info.index) + ", " + track, "a whole picture",
+                                       "a table of patches"));
 }
 
 }  // namespace
 
 void require_tagged_sizes(const ReceivedFrame& frame) {
+    require_no_atlas(frame.main, "main");
     require_tagged_size(frame.main, "main");
     for (const auto& [picture, track] : {std::pair(&frame.base, "base"),
                                          {&frame.right, "right eye"},
                                          {&frame.hidden, "hidden"},
-                                         {&frame.small, "small"},
-                                         {&frame.patches, "patches"}})
-        if (*picture)
+                                         {&frame.small, "small"}})
+        if (*picture) {
+            require_no_atlas(**picture, track);
             require_tagged_size(**picture, track);
+        }
+    if (frame.patches)
+        require_tagged_size(*frame.patches, "patches");
+    for (const ReceivedPicture& view : frame.depth_views) {
+        require_no_atlas(view, "a view's depth");
+        require_planes_of_tagged_size(view, "a view's depth");
+    }
 }
 
 }  // namespace equistream

@@ -5,6 +5,7 @@
 #include <client/transport/server_connection.h>
 #include <client/warp/engine.h>
 #include <equistream/bound.h>
+#include <equistream/camera_limits.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
@@ -286,12 +287,14 @@ private:
     /// Video without our data is taken for a full sphere, unless it is tagged with a part of one; its pictures are
     /// numbered as they come.
     FrameInfo foreign_info(const DecodedPicture& picture) {
+        constexpr double latest_frame = max_frame_index;
         FrameInfo info;
         const auto& tracks = reader_.tracks();
-        if (!tracks.empty() && tracks.front().frames_per_second > 0)
+        if (!tracks.empty() && !range_mismatch(tracks.front().frames_per_second, 1e-6, 1e6))
             info.frames_per_second = tracks.front().frames_per_second;
         if (!foreign_index_)
-            foreign_index_ = std::llround(picture.time_s.value_or(0) * info.frames_per_second);
+            foreign_index_ = std::llround(
+                std::clamp(picture.time_s.value_or(0) * info.frames_per_second, -latest_frame, latest_frame));
         info.index = (*foreign_index_)++;
         info.time_s = double(info.index) / info.frames_per_second;
         info.camera =

@@ -2,6 +2,7 @@
 
 #include <client/warp/engine.h>
 #include <equistream/error.h>
+#include <equistream/image.h>
 #include <equistream/text.h>
 #include <equistream/window.h>
 
@@ -69,6 +70,9 @@ Mosaic lay_out(const std::string& where, const std::vector<ReceivedPicture>& til
         bottom = std::max(bottom, part->place.y + one.height);
     }
     const auto [left, across] = narrowest(used);
+    if (std::int64_t{across} * one.width * (bottom - top) > max_image_pixels)  // tiles far apart, and all between them
+        throw WorkError(expected_found(where, "tiles within " + std::to_string(max_image_pixels) + " pixels",
+                                       size_text(across * one.width, bottom - top)));
     Mosaic mosaic{{one.columns, one.rows, across * one.width, bottom - top}, {left * one.width, top}, {}, {}};
     const auto within = [&](WindowPlace place) {
         return Rectangle{(place.x - mosaic.place.x + one.columns) % one.columns, place.y - top, one.width, one.height};

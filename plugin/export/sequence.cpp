@@ -314,7 +314,7 @@ std::optional<std::int64_t> frame_index(const std::string& name, const std::stri
         return std::nullopt;
     std::int64_t index = -1;
     std::from_chars(name.data() + prefix.size(), name.data() + name.size(), index);
-    if (index < 0 || frame_file_name(index, extension) != name)
+    if (index < 0 || index > max_frame_index || frame_file_name(index, extension) != name)
         return std::nullopt;
     return index;
 }

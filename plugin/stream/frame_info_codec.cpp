@@ -229,10 +229,12 @@ std::optional<VisibleLoss> get_visible_loss(Reader& in) {
     return loss;
 }
 
-std::optional<PatchAtlas> get_patches(Reader& in, const Camera& camera) {
+std::optional<PatchAtlas> get_patches(Reader& in, TrackRole role, const Camera& camera) {
     const auto bytes = in.take(in.get<std::uint16_t>());
     if (bytes.empty())
         return std::nullopt;
+    if (role != TrackRole::patches && role != TrackRole::patches_depth)
+        damaged("a table of patches with pictures of patches alone", track_name(role));
     const auto* sphere = std::get_if<EquirectCamera>(&camera);
     if (!sphere)
         damaged("patches of a sphere", "a perspective camera");
@@ -300,7 +302,7 @@ TaggedFrameInfo read_fields(Reader& in) {
     if (!in.at_end())
         info.depth_code = get_depth_code(in);
     if (!in.at_end())
-        info.patches = get_patches(in, info.camera);
+        info.patches = get_patches(in, tagged.role, info.camera);
     if (!in.at_end() && in.get_flag("whether depth is halved")) {
         if (!info.depth_code)
             damaged("depth, where it is halved", "none");

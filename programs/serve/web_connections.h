@@ -86,13 +86,53 @@ inline bool is_same_secret(const std::string& said, const std::string& secret) {
     return said.size() == secret.size() && CRYPTO_memcmp(said.data(), secret.data(), secret.size()) == 0;
 }
 
+/// Who has connected and is no viewer yet.
+class Crowd {
+public:
+    /// A connection's, for as long as it counts. The crowd outlives it.
+    class Place {
+    public:
+        Place(Crowd& crowd, const net::ip::address& from) : crowd_(&crowd), from_(from) { crowd.add(from); }
+        ~Place() { leave(); }
+        Place(Place&& other) noexcept : crowd_(std::exchange(other.crowd_, nullptr)), from_(other.from_) {}
+        Place& operator=(Place&&) = delete;
+        void leave() {
+            if (Crowd* const crowd = std::exchange(crowd_, nullptr))
+                crowd->remove(from_);
+        }
+
+    private:
+        Crowd* crowd_;
+        net::ip::address from_;
+    };
+
+    bool has_room_for(const net::ip::address& from) const {
+        const auto same = from_.find(from);
+        return all_ < most_asking && (from.is_loopback() || same == from_.end() || same->second < most_asking_from_one);
+    }
+
+private:
+    void add(const net::ip::address& from) {
+        ++from_[from];
+        ++all_;
+    }
+    void remove(const net::ip::address& from) {
+        --all_;
+        if (const auto same = from_.find(from); --same->second == 0)
+            from_.erase(same);
+    }
+
+    int all_ = 0;
+    std::map<net::ip::address, int> from_;
+};
+
 /// Between a WebSocket and one end of a pair of local sockets, both ways. What is not read on one side is not read on
 /// the other: the server's viewer keeps to its limits.
 template <typename Stream>
 class Bridge : public std::enable_shared_from_this<Bridge<Stream>> {
 public:
-    Bridge(websocket::stream<Stream> browser, net::local::stream_protocol::socket server)
-        : browser_(std::move(browser)), server_(std::move(server)) {}
+    Bridge(websocket::stream<Stream> browser, net::local::stream_protocol::socket server, Crowd::Place place)
+        : browser_(std::move(browser)), server_(std::move(server)), place_(std::move(place)) {}
 
     void start() {
         browser_.binary(true);
@@ -106,6 +146,7 @@ private:
             if (error)
                 return self->end();
             self->has_sent_ = true;
+            self->place_.leave();  // the server has let it in, and counts it
             self->browser_.async_write(net::buffer(self->block_, count), [self](Error failed, std::size_t) {
                 if (failed)
                     return self->hang_up();
@@ -146,43 +187,19 @@ private:
     std::array<char, 1 << 16> block_;
     beast::flat_buffer heard_;
     bool has_sent_ = false;
-};
-
-/// Who has connected and is no viewer yet.
-class Crowd {
-public:
-    bool has_room_for(const net::ip::address& from) const {
-        const auto same = from_.find(from);
-        return all_ < most_asking && (from.is_loopback() || same == from_.end() || same->second < most_asking_from_one);
-    }
-    void add(const net::ip::address& from) {
-        ++from_[from];
-        ++all_;
-    }
-    void remove(const net::ip::address& from) {
-        --all_;
-        if (const auto same = from_.find(from); --same->second == 0)
-            from_.erase(same);
-    }
-
-private:
-    int all_ = 0;
-    std::map<net::ip::address, int> from_;
+    Crowd::Place place_;  // also of one that is refused, until it has gone
 };
 
 /// One that asks for something, by HTTP.
 template <typename Stream>
 class Asking : public std::enable_shared_from_this<Asking<Stream>> {
 public:
-    using Upgrade = std::function<void(websocket::stream<Stream>, http::request<http::empty_body>)>;
+    using Upgrade = std::function<void(websocket::stream<Stream>, http::request<http::empty_body>, Crowd::Place)>;
 
     Asking(Stream stream, const WebSettings& settings, bool this_machine_alone, const net::ip::address& from,
            Crowd& asking, Upgrade upgrade)
-        : stream_(std::move(stream)), settings_(settings), this_machine_alone_(this_machine_alone), from_(from),
-          asking_(asking), upgrade_(std::move(upgrade)) {
-        asking_.add(from_);
-    }
-    ~Asking() { asking_.remove(from_); }
+        : stream_(std::move(stream)), settings_(settings), this_machine_alone_(this_machine_alone),
+          place_(asking, from), upgrade_(std::move(upgrade)) {}
 
     void begin() {
         beast::get_lowest_layer(stream_).expires_after(std::chrono::milliseconds(int(1000 * settings_.patience_s)));
@@ -238,7 +255,7 @@ private:
     void accept_viewer(const http::request<http::empty_body>& request) {
         // The WebSocket has times of its own.
         beast::get_lowest_layer(stream_).expires_never();
-        upgrade_(websocket::stream<Stream>(std::move(stream_)), request);
+        upgrade_(websocket::stream<Stream>(std::move(stream_)), request, std::move(place_));
     }
 
     void lead_to_page(const http::request<http::empty_body>& request) {
@@ -281,8 +298,7 @@ private:
     Stream stream_;
     const WebSettings& settings_;
     bool this_machine_alone_;
-    net::ip::address from_;
-    Crowd& asking_;
+    Crowd::Place place_;
     Upgrade upgrade_;
     beast::flat_buffer buffer_{largest_header};
     std::optional<http::request_parser<http::empty_body>> parser_;

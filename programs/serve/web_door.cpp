@@ -64,7 +64,8 @@ struct WebDoor::Parts {
     template <typename Stream>
     void hear(Stream stream, const tcp::endpoint& peer, const net::ip::address& from);
     template <typename Stream>
-    void let_in(websocket::stream<Stream> browser, http::request<http::empty_body> request, const tcp::endpoint& peer);
+    void let_in(websocket::stream<Stream> browser, http::request<http::empty_body> request, Crowd::Place place,
+                const tcp::endpoint& peer);
 };
 
 namespace {
@@ -126,22 +127,23 @@ void WebDoor::Parts::accept() {
 
 template <typename Stream>
 void WebDoor::Parts::hear(Stream stream, const tcp::endpoint& peer, const net::ip::address& from) {
-    const auto upgrade = [this, peer](websocket::stream<Stream> browser, http::request<http::empty_body> request) {
-        let_in(std::move(browser), std::move(request), peer);
+    const auto upgrade = [this, peer](websocket::stream<Stream> browser, http::request<http::empty_body> request,
+                                      Crowd::Place place) {
+        let_in(std::move(browser), std::move(request), std::move(place), peer);
     };
     std::make_shared<Asking<Stream>>(std::move(stream), settings, this_machine_alone, from, asking, upgrade)->begin();
 }
 
 template <typename Stream>
 void WebDoor::Parts::let_in(websocket::stream<Stream> browser, http::request<http::empty_body> request,
-                            const tcp::endpoint& peer) {
+                            Crowd::Place place, const tcp::endpoint& peer) {
     const auto patience = std::chrono::milliseconds(int(1000 * settings.patience_s));
     // Pings are answered by whoever reads.
     browser.set_option(websocket::stream_base::timeout{patience, patience, true});
     browser.read_message_max(largest_message);
     const auto opening = std::make_shared<websocket::stream<Stream>>(std::move(browser));
     const auto asked = std::make_shared<http::request<http::empty_body>>(std::move(request));
-    opening->async_accept(*asked, [this, opening, asked, peer](Error failed) {
+    opening->async_accept(*asked, [this, opening, asked, peer, place = std::move(place)](Error failed) mutable {
         std::array<int, 2> ends{};
         if (failed || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
             return;
@@ -153,7 +155,7 @@ void WebDoor::Parts::let_in(websocket::stream<Stream> browser, http::request<htt
         if (error)
             return;
         own_end.release();
-        std::make_shared<Bridge<Stream>>(std::move(*opening), std::move(own))->start();
+        std::make_shared<Bridge<Stream>>(std::move(*opening), std::move(own), std::move(place))->start();
         welcome(std::move(server_end), peer.address().to_string(), peer.port());
     });
 }

@@ -69,7 +69,7 @@ def write_whole(file, content):
 def read_json(file):
     try:
         return json.loads(pathlib.Path(file).read_text())
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise Failed(f"{file}: expected JSON, found something else: {error}") from None
 
 

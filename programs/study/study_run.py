@@ -55,7 +55,10 @@ class Study:
     def is_done(self, file):
         if self.options.again or not file.exists():
             return False
-        found = read_json(file)["settings"]
+        found = read_json(file)
+        if not isinstance(found, dict) or not isinstance(found.get("settings"), dict):
+            raise Failed(f"{file}: expected what a study wrote, found other JSON; remove it")
+        found = found["settings"]
         wanted = json.loads(result_text(settings(self.preset, file.stem)))
         # What a preset says more by now, nothing that was measured hangs on.
         if differing := ", ".join(key for key in found if found[key] != wanted.get(key)):

@@ -202,9 +202,9 @@ double JsonReader::number_above(double limit) const {
     return value_->number;
 }
 
-double JsonReader::number_not_below(double limit) const {
-    if (!(number() >= limit))
-        fail("a number of at least " + Json(limit).dump());
+double JsonReader::number_within(double least, double most) const {
+    if (!(number() >= least && number() <= most))
+        fail("a number from " + Json(least).dump() + " to " + Json(most).dump());
     return value_->number;
 }
 

@@ -48,7 +48,7 @@ public:
 
     double number() const;
     double number_above(double limit) const;
-    double number_not_below(double limit) const;
+    double number_within(double least, double most) const;
     std::string text() const;
     glm::dvec3 vector3() const;
     /// [r, g, b] or one number for all three; none negative.

@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <set>
 
 namespace equistream {
 
@@ -121,7 +122,8 @@ std::string json_text(const fs::path& model) {
     return text;
 }
 
-void add_named_files(const nlohmann::json& list, const fs::path& folder, ContentHash& hash) {
+/// Each file once, however often it is named: a small model could name a large one without end.
+void add_named_files(const nlohmann::json& list, const fs::path& folder, std::set<fs::path>& named, ContentHash& hash) {
     if (!list.is_array())
         return;
     std::error_code error;
@@ -133,7 +135,7 @@ void add_named_files(const nlohmann::json& list, const fs::path& folder, Content
         if (uri.empty() || uri.starts_with("data:"))
             continue;
         const fs::path file = folder / percent_decoded(uri);
-        if (fs::is_regular_file(file, error))
+        if (fs::is_regular_file(file, error) && named.insert(file.lexically_normal()).second)
             hash.add_file(file, "file of the model");
     }
 }
@@ -151,9 +153,10 @@ void add_model(const fs::path& model, ContentHash& hash) {
     const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
     if (!json.is_object())
         return;
+    std::set<fs::path> named;
     for (const char* key : {"buffers", "images"})
         if (json.contains(key))
-            add_named_files(json[key], model.parent_path(), hash);
+            add_named_files(json[key], model.parent_path(), named, hash);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <plugin/pictures/encoded_image.h>
 
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
 
@@ -39,6 +40,8 @@ glm::vec3 colour_of(const std::vector<double>& values, const glm::vec3& otherwis
 
 /// Reflects 99.6 %.
 constexpr double max_index = 1000;
+/// Of radiance: the largest that a film's sums of floats still hold.
+constexpr double max_emission = 1e12;
 
 /// A number of a material extension, or the extension's default.
 double extension_number(const tinygltf::Material& material, const char* extension, const char* key, double otherwise) {
@@ -91,7 +94,7 @@ private:
             to.transmission =
                 static_cast<float>(extension_number(from, "KHR_materials_transmission", "transmissionFactor", 0));
             to.index_of_refraction = index_of_refraction(from, where);
-            require_finite(to, where);
+            require_in_range(to, where);
         }
         to.double_sided = from.doubleSided;
         if (from.alphaMode == "MASK")
@@ -108,10 +111,19 @@ private:
         return static_cast<float>(index == 0 ? max_index : std::min(index, max_index));
     }
 
-    static void require_finite(const Material& m, const std::string& where) {
-        const glm::vec3 sum = m.base_colour + m.emission;
-        if (!std::isfinite(sum.x + sum.y + sum.z + m.metallic + m.roughness + m.transmission + m.index_of_refraction))
-            throw InputError(expected_found(where, "finite factors", "one that is not"));
+    /// glTF 2.0, 5.19 and 5.22: factors are 0 to 1; the strength of emission has no limit there.
+    static void require_in_range(const Material& m, const std::string& where) {
+        const auto require = [&](const char* name, float value, double most) {
+            if (const auto problem = range_mismatch(value, 0, most))
+                throw InputError(expected_found(where + ": " + name, problem->expected, problem->found));
+        };
+        for (int channel = 0; channel < 3; ++channel) {
+            require("baseColorFactor", m.base_colour[channel], 1);
+            require("emissiveFactor times emissiveStrength", m.emission[channel], max_emission);
+        }
+        require("metallicFactor", m.metallic, 1);
+        require("roughnessFactor", m.roughness, 1);
+        require("transmissionFactor", m.transmission, 1);
     }
 
     /// Checks a texture reference and returns its index; all textures of a material must share one set of coordinates.

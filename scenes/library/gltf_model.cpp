@@ -18,6 +18,8 @@ namespace {
 /// Accessors may be shared and meshes placed many times, so a small file can ask for a great deal: these bound it.
 constexpr std::size_t element_limit = std::size_t{1} << 28;  ///< vertices, or indices, of all meshes together
 constexpr std::size_t instance_limit = std::size_t{1} << 24;
+/// Of accessors without a buffer view, as often as they are used: they take no bytes of the file.
+constexpr std::size_t zero_element_limit = std::size_t{1} << 20;
 
 using Indices = std::vector<std::uint32_t>;
 
@@ -180,6 +182,7 @@ private:
     void check_sizes() const {
         std::size_t vertices = 0;
         std::size_t indices = 0;
+        std::size_t zeros = 0;
         for (const PrimitiveSource& source : sources_) {
             const tinygltf::Primitive& primitive = gltf_.meshes[source.mesh].primitives[source.primitive];
             if (const std::optional<Accessor> positions = attribute(primitive, "POSITION"))
@@ -188,7 +191,25 @@ private:
                 indices += std::min(document_.accessor(primitive.indices).count, element_limit);
             if (vertices >= element_limit || indices >= element_limit)
                 throw InputError(expected_found(document_.file(), "fewer than 2^28 vertices and indices", "more"));
+            zeros += zero_elements(primitive);
+            if (zeros > zero_element_limit)
+                throw InputError(expected_found(
+                    document_.file(), "at most 2^20 elements without a buffer view, of all meshes together", "more"));
         }
+    }
+
+    std::size_t zero_elements(const tinygltf::Primitive& primitive) const {
+        std::size_t count = 0;
+        const auto add = [&](int index) {
+            const auto& accessor =
+                gltf_.accessors[document_.checked(index, gltf_.accessors.size(), document_.file(), "an accessor")];
+            count += accessor.bufferView < 0 ? std::min(accessor.count, element_limit) : 0;
+        };
+        for (const auto& attribute : primitive.attributes)
+            add(attribute.second);
+        if (primitive.indices >= 0)
+            add(primitive.indices);
+        return count;
     }
 
     void read_meshes() {

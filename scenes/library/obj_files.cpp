@@ -219,6 +219,26 @@ bool ObjLines::read_physical(std::string& line) {
     return true;
 }
 
+/// `text` ends without blanks. Blanks before a joint are looked at once, however many lines are joined.
+void ObjLines::join_continued(std::string& text, std::size_t begin) {
+    std::size_t joint = begin, solid_before = begin, solid = text.size();  // past the last character that is no blank
+    const auto solid_since_joint = [&] {
+        const std::size_t last = std::string_view(text).substr(joint).find_last_not_of(blanks);
+        return last == std::string_view::npos ? solid_before : joint + last + 1;
+    };
+    while (solid > begin && text[solid - 1] == '\\') {
+        text.resize(solid - 1);
+        if (joint > text.size())
+            joint = solid_before = begin;
+        solid_before = solid_since_joint();
+        text += ' ';
+        joint = text.size();
+        if (!read_physical(text))
+            return;
+        solid = solid_since_joint();
+    }
+}
+
 std::optional<ObjLine> ObjLines::next() {
     for (;;) {
         std::string text;
@@ -229,14 +249,10 @@ std::optional<ObjLine> ObjLines::next() {
         std::string_view statement = trimmed(text);
         if (statement.empty() || statement.front() == '#')
             continue;
-        while (statement.ends_with('\\')) {
-            text.resize(static_cast<std::size_t>(statement.data() - text.data()) + statement.size() - 1);
-            text += ' ';
-            const bool more = read_physical(text);
-            statement = trimmed(text);
-            if (!more)
-                break;
-        }
+        const auto begin = static_cast<std::size_t>(statement.data() - text.data());
+        text.resize(begin + statement.size());
+        join_continued(text, begin);
+        statement = trimmed(std::string_view(text).substr(begin));
         const std::size_t end = std::min(statement.find_first_of(blanks), statement.size());
         line.keyword = statement.substr(0, end);
         line.rest = trimmed(statement.substr(end));

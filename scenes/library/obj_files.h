@@ -63,6 +63,7 @@ public:
 
 private:
     bool read_physical(std::string& line);
+    void join_continued(std::string& text, std::size_t begin);
 
     std::string file_;
     std::ifstream stream_;

@@ -1,6 +1,8 @@
 #include "polygon.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 
 namespace equistream {
@@ -32,43 +34,62 @@ std::vector<glm::dvec2> flattened(std::span<const glm::vec3> corners, const glm:
     return flat;
 }
 
+/// Of a simple polygon an ear that is cut changes only its neighbours' corners, so that each corner is judged three
+/// times on average: quadratic work.
 class EarClipper {
 public:
-    explicit EarClipper(std::vector<glm::dvec2> corners) : corners_(std::move(corners)), left_(corners_.size()) {
+    explicit EarClipper(std::vector<glm::dvec2> corners)
+        : corners_(std::move(corners)), left_(corners_.size()), judged_(corners_.size(), Judged::not_yet) {
         std::iota(left_.begin(), left_.end(), 0u);
     }
 
     void clip(std::vector<std::array<std::uint32_t, 3>>& triangles) {
         std::size_t at = 0;
-        // After a whole round without an ear the polygon is not simple: whatever comes next is cut off.
+        // After a whole round without an ear the polygon is not simple: all is judged anew, a few times, and then
+        // whatever comes next is cut off.
         for (std::size_t tried = 0; left_.size() > 3;) {
             const std::size_t n = left_.size();
-            const std::uint32_t a = left_[at % n], b = left_[(at + 1) % n], c = left_[(at + 2) % n];
-            if (tried < n && !is_ear(a, b, c)) {
+            if (tried >= n && rounds_left_ > 0) {
+                --rounds_left_;
+                std::ranges::fill(judged_, Judged::not_yet);
+                tried = 0;
+            }
+            if (tried < n && !is_ear((at + 1) % n)) {
                 ++at;
                 ++tried;
                 continue;
             }
-            given_up_ = given_up_ || tried >= n;
-            triangles.push_back({a, b, c});
-            left_.erase(left_.begin() + static_cast<std::ptrdiff_t>((at + 1) % n));
+            const std::size_t before = at % n, tip = (at + 1) % n, after = (at + 2) % n;
+            triangles.push_back({left_[before], left_[tip], left_[after]});
+            judged_[left_[before]] = judged_[left_[after]] = Judged::not_yet;
+            left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(tip));
             at %= left_.size();
-            tried = 0;
+            tried = tried < n ? 0 : n;  // given up once, given up for all
         }
         triangles.push_back({left_[0], left_[1], left_[2]});
     }
 
 private:
-    bool is_ear(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-        if (given_up_)
-            return true;
+    enum class Judged : std::uint8_t { not_yet, ear, none };
+
+    bool is_ear(std::size_t tip) {
+        Judged& judged = judged_[left_[tip]];
+        if (judged == Judged::not_yet)
+            judged = looks_like_ear(tip) ? Judged::ear : Judged::none;
+        return judged == Judged::ear;
+    }
+
+    bool looks_like_ear(std::size_t tip) const {
+        const std::size_t n = left_.size();
+        const std::uint32_t a = left_[(tip + n - 1) % n], b = left_[tip], c = left_[(tip + 1) % n];
         const glm::dvec2 &p = corners_[a], &q = corners_[b], &r = corners_[c];
         if (!(turn(p, q, r) > 0))
             return false;
+        const glm::dvec2 low = glm::min(glm::min(p, q), r), high = glm::max(glm::max(p, q), r);
         for (const std::uint32_t other : left_) {
-            if (other == a || other == b || other == c)
-                continue;
             const glm::dvec2& o = corners_[other];
+            if (o.x < low.x || o.x > high.x || o.y < low.y || o.y > high.y || other == a || other == b || other == c)
+                continue;
             if (o == p || o == q || o == r)  // a hole's bridge meets its own corners
                 continue;
             if (turn(p, q, o) >= 0 && turn(q, r, o) >= 0 && turn(r, p, o) >= 0)
@@ -79,7 +100,8 @@ private:
 
     std::vector<glm::dvec2> corners_;
     std::vector<std::uint32_t> left_;
-    bool given_up_ = false;
+    std::vector<Judged> judged_;  // by corner
+    int rounds_left_ = 8;
 };
 
 void cut_quadrangle(std::span<const glm::vec3> p, const glm::dvec3& normal,

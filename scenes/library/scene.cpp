@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t description_size_limit = 16 << 20;
+constexpr double darkest_exposure = 1e-12, brightest_exposure = 1e12;
 
 double radians(double degrees) {
     return degrees * pi / 180;
@@ -240,10 +241,10 @@ SceneDescription load_scene(const fs::path& file) {
     scene.camera_path = read_path(json["camera"], folder, hash);
     if (json.has("head_box")) {
         json["head_box"].accept_keys({"lean_m"});
-        scene.head_radius_m = json["head_box"]["lean_m"].number_not_below(0);
+        scene.head_radius_m = json["head_box"]["lean_m"].number_within(0, max_head_box_radius_m);
     }
     if (json.has("exposure"))
-        scene.exposure = json["exposure"].number_above(0);
+        scene.exposure = json["exposure"].number_within(darkest_exposure, brightest_exposure);
     if (json.has("frames_per_second"))
         scene.frames_per_second = read_frames_per_second(json["frames_per_second"]);
     if (json.has("moving"))

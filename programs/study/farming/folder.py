@@ -9,6 +9,7 @@ import pathlib
 from steps import Failed, read_json, write_whole
 
 FORMAT = "equistream farm 1"
+LAST_FRAME = 999_999_999
 
 
 def write_plan(folder, plan):
@@ -22,6 +23,9 @@ def read_plan(folder):
     plan = read_json(file)
     if not isinstance(plan, dict) or plan.get("format") != FORMAT:
         raise Failed(f"{file}: expected {FORMAT}, found another format; plan it anew")
+    counts = [step[key] for step in plan.get("steps", []) if isinstance(step, dict) for key in ("first", "last", "tasks") if key in step]
+    if not all(isinstance(number, int) and 0 <= number <= LAST_FRAME for number in counts):
+        raise Failed(f"{file}: expected frames and tasks from 0 to {LAST_FRAME}, found others; plan it anew")
     return plan
 
 
@@ -64,10 +68,9 @@ def frames_in(folders):
 
 def frames_done(folder, plan, step):
     """Of a step that is divided by frames: how many are there in every stream, gathered or not."""
-    wanted = set(range(step["first"], step["last"] + 1))
     out = base_of(folder, plan) / step["out"]
     found = frames_in([out, *chunk_folders(folder, step["name"])])
-    return min((len(numbers & wanted) for numbers in found.values()), default=0)
+    return min((sum(step["first"] <= number <= step["last"] for number in numbers) for numbers in found.values()), default=0)
 
 
 def parts_done(folder, plan, step):

@@ -122,12 +122,13 @@ def gather_frames(step, folder, base):
     """All that the step's tasks rendered, in the folder that the job names. Failed where a frame is missing."""
     out = base / step["out"]
     gather(chunk_folders(folder, step["of"]), out, step["command"])
-    wanted = set(range(step["first"], step["last"] + 1))
+    first, last = step["first"], step["last"]
     found = frames_in([out])
     for stream, numbers in found.items():
-        if missing := sorted(wanted - numbers):
-            others = " and others" if missing[1:] else ""
-            raise Failed(f"{out / stream}: expected frames {step['first']} to {step['last']}, found no {missing[0]}{others}; run the tasks of {step['of']} again")
+        if missing := last - first + 1 - sum(first <= number <= last for number in numbers):
+            lowest = next(number for number in range(first, last + 1) if number not in numbers)
+            others = " and others" if missing > 1 else ""
+            raise Failed(f"{out / stream}: expected frames {first} to {last}, found no {lowest}{others}; run the tasks of {step['of']} again")
     if not found:
         raise Failed(f"{out}: expected what the tasks of {step['of']} rendered, found nothing; run them again")
 

@@ -195,6 +195,12 @@ class Divided(Farm):
         file.write_text(file.read_text().replace('"chunk"', '"chunks"'))
         refused = self.farm("task", "farm", "render", 0, status=2).stderr
         self.assertRegex(refused, r"^equistream farm: farm/plan.json: expected what equistream farm writes, found KeyError 'chunk'; plan it anew\n$")
+        whole = file.read_text()
+        for key, bad in (("first", 10 ** 12), ("last", "9"), ("tasks", -1)):
+            plan = json.loads(whole)
+            plan["steps"][0][key] = bad
+            file.write_text(json.dumps(plan))
+            self.assertRegex(self.farm("status", "farm", status=1).stderr, r"^equistream farm: farm/plan.json: expected frames and tasks from 0 to 999999999, found others; plan it anew\n$")
         file.write_text('{"format": "equistream farm 1"}')
         self.assertRegex(self.farm("status", "farm", status=2).stderr, r"^equistream farm: farm/plan.json: expected what .* KeyError 'steps'; plan it anew\n$")
 

@@ -198,6 +198,42 @@ TEST_F(StreamFeeds, PatchesAreOfMainsSphere) {
     }
 }
 
+TEST(TaggedSizes, WhatIsNoAtlasHasNoTableOfPatches) {
+    const auto picture = [](int width) {
+        ReceivedPicture made;
+        made.info = info(first_index, 128, 64);
+        made.rgb = ByteImage(width, 64, 3);
+        made.depth_m = FloatImage(width, 64, 1);
+        return made;
+    };
+    const auto refused = [](const ReceivedFrame& frame) {
+        try {
+            require_tagged_sizes(frame);
+            return std::string("nothing");
+        } catch (const WorkError& error) {
+            return std::string(error.what());
+        }
+    };
+    ReceivedFrame frame;
+    frame.main = picture(128);
+    frame.depth_views = {picture(128)};
+    frame.depth_views.front().rgb = {};
+    EXPECT_EQ(refused(frame), "nothing");
+    // A picture of 64x64 may be an atlas of a sphere of any size, and a main picture is looked up in that sphere.
+    PatchAtlas atlas;
+    atlas.sphere_width = 128;
+    atlas.sphere_height = 64;
+    atlas.columns = atlas.rows = 4;
+    for (ReceivedPicture* wrong : {&frame.main, &frame.depth_views.front()}) {
+        wrong->info.patches = atlas;
+        EXPECT_NE(refused(frame).find("expected a whole picture, found a table of patches"), std::string::npos);
+        wrong->info.patches.reset();
+    }
+    frame.depth_views.front().depth_m = FloatImage(64, 64, 1);
+    EXPECT_NE(refused(frame).find("a view's depth: expected depth of 128x64, as it is tagged, found 64x64"),
+              std::string::npos);
+}
+
 /// A window of 128x64 pixels of a sphere of 512x256, ever farther to the right, within a base of 128x64; the frame in
 /// the middle has none.
 class StreamedWindows : public StreamFeeds {

@@ -210,6 +210,25 @@ TEST(Tiles, LackWhatOneOfThemLacks) {
     EXPECT_FALSE(all.specular.empty());
 }
 
+TEST(Tiles, FarApartAreRefusedWhereAllBetweenThemIsTooLarge) {
+    constexpr int columns = 32736;
+    std::vector<ReceivedPicture> given;
+    for (const int y : {0, columns / 2 - 16})
+        for (const int x : {0, 8176, 16368, 24544}) {
+            ReceivedPicture tile;
+            tile.info.camera = window_camera({columns, columns / 2, 16, 16}, {x, y});
+            tile.rgb = ByteImage(16, 16, 3);
+            given.push_back(std::move(tile));
+        }
+    try {
+        join_tiles("a.mkv", std::move(given), base_of(Format::rgb), nullptr);
+        ADD_FAILURE();
+    } catch (const WorkError& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with("a.mkv: expected tiles within 268435456 pixels, found "))
+            << error.what();
+    }
+}
+
 TEST(Tiles, OfOtherSpheresAreRefused) {
     const std::string of_one = "a.mkv: expected tiles of one sphere and one format, found others",
                       parts = "a.mkv: expected tiles that are parts of one sphere, found one of ";

@@ -281,7 +281,8 @@ class FrameList : public FolderTest {};
 
 TEST_F(FrameList, holds_finished_frames_only) {
     for (const char* name : {"frame.0010.exr", "frame.0002.exr", "frame.12345.exr", ".frame.0003.exr.aside",
-                             "frame.3.exr", "frame.00004.exr", "frame.-001.exr", "frame.0005.png", "frame.x.exr"})
+                             "frame.3.exr", "frame.00004.exr", "frame.-001.exr", "frame.0005.png", "frame.x.exr",
+                             "frame.1000000000.exr", "frame.9223372036854775807.exr"})
         put_bytes(folder / name, "");
     EXPECT_EQ(list_frames(folder), (std::vector<std::int64_t>{2, 10, 12345}));
     EXPECT_EQ(list_frames(folder, "png"), std::vector<std::int64_t>{5});

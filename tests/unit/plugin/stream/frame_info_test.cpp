@@ -63,7 +63,7 @@ FrameInfo full_info() {
 }
 
 std::vector<std::uint8_t> full_payload() {
-    return encode_frame_info(TrackRole::small, full_info(), {17, 90});
+    return encode_frame_info(TrackRole::patches, full_info(), {17, 90});
 }
 
 template <typename T>
@@ -75,7 +75,7 @@ void overwrite(std::vector<std::uint8_t>& payload, std::size_t offset, T value) 
 TEST(FrameInfoPayload, EveryFieldComesBack) {
     const auto tagged = decode_frame_info(full_payload());
     ASSERT_TRUE(tagged);
-    EXPECT_EQ(tagged->role, TrackRole::small);
+    EXPECT_EQ(tagged->role, TrackRole::patches);
     EXPECT_EQ(tagged->position.ordinal, 17u);
     EXPECT_EQ(tagged->position.count, 90u);
     expect_same_info(tagged->info, full_info());
@@ -107,6 +107,18 @@ TEST(FrameInfoPayload, BothEyesLieInPicturesOfMainAndItsDepthAlone) {
     EXPECT_THROW(decode_frame_info(payload), WorkError);
 }
 
+TEST(FrameInfoPayload, ATableOfPatchesLiesInTheirPicturesAlone) {
+    FrameInfo info = full_info();
+    info.depth_code.reset();
+    for (int role = 0; role < track_role_count; ++role) {
+        const auto payload = encode_frame_info(TrackRole(role), info);
+        if (TrackRole(role) == TrackRole::patches || TrackRole(role) == TrackRole::patches_depth)
+            EXPECT_TRUE(decode_frame_info(payload)->info.patches);
+        else
+            EXPECT_THROW(decode_frame_info(payload), WorkError) << track_name(TrackRole(role));
+    }
+}
+
 TEST(FrameInfoPayload, OmnidirectionalStereoComesBackWithItsEye) {
     FrameInfo info = full_info();
     info.patches.reset();
@@ -133,7 +145,7 @@ TEST(FrameInfoPayload, HasTheDocumentedLayout) {
     EXPECT_EQ(payload[16], 1);  // version, little-endian
     EXPECT_EQ(payload[17], 0);
     EXPECT_EQ(payload[18] + 256 * payload[19], static_cast<int>(payload.size() - header_bytes));
-    EXPECT_EQ(payload[20], 1);                        // role small
+    EXPECT_EQ(payload[20], 5);                        // role patches
     EXPECT_EQ(payload[22], 2);                        // eye right
     EXPECT_EQ(payload[24] + 256 * payload[25], 960);  // width
     EXPECT_EQ(payload[32], 17);                       // ordinal
@@ -257,7 +269,7 @@ TEST(FrameInfoPayload, QualityIsACrfOrNotSaid) {
     FrameInfo info = full_info();
     for (const std::optional<float> crf : {std::optional<float>(), {0.0f}, {51.0f}}) {
         info.crf = crf;
-        const auto tagged = decode_frame_info(encode_frame_info(TrackRole::main, info));
+        const auto tagged = decode_frame_info(encode_frame_info(TrackRole::patches, info));
         ASSERT_TRUE(tagged);
         EXPECT_EQ(tagged->info.crf, crf);
     }
@@ -344,7 +356,7 @@ TEST(FrameInfoPayload, PosesUpToTheLimitAreTaken) {
     info.camera_pose.position_m = info.head.position_m = {1e9, -1e9, 0};
     info.ipd_m = 10;
     info.head_radius_m = 1000;
-    const auto tagged = decode_frame_info(encode_frame_info(TrackRole::small, info));
+    const auto tagged = decode_frame_info(encode_frame_info(TrackRole::patches, info));
     ASSERT_TRUE(tagged);
     expect_same_info(tagged->info, info);
 }

@@ -89,6 +89,37 @@ TEST_F(HostileModelTest, AbsurdCountsWithoutBytes) {
     builder.json["accessors"][0].erase("bufferView");
     builder.json["accessors"][0]["count"] = 30000000;
     expect_contains(refusal(builder), "without a buffer view");
+    // An accessor within the limit, as often as one likes.
+    GltfBuilder often = GltfBuilder::triangle();
+    often.json["accessors"][0].erase("bufferView");
+    often.json["accessors"][0]["count"] = (1 << 20) - 1;
+    load_model(write("once.glb", often.glb()));
+    Json& primitives = often.json["meshes"][0]["primitives"];
+    primitives.push_back(primitives[0]);
+    expect_contains(refusal(often), "expected at most 2^20 elements without a buffer view, of all meshes together");
+    primitives.erase(1);
+    primitives[0]["attributes"]["NORMAL"] = primitives[0]["attributes"]["POSITION"];
+    expect_contains(refusal(often), "expected at most 2^20 elements without a buffer view, of all meshes together");
+}
+
+TEST_F(HostileModelTest, FactorsOutOfRange) {
+    const auto refused = [&](const Json& material) {
+        GltfBuilder builder = GltfBuilder::triangle();
+        builder.json["materials"] = {material};
+        builder.json["meshes"][0]["primitives"][0]["material"] = 0;
+        const std::filesystem::path file = write("hostile.glb", builder.glb());
+        return input_error([&] { load_model(file, {.shading = true}); });
+    };
+    for (const auto& [name, value] : {std::pair<const char*, Json>{"metallicFactor", -3},
+                                      {"roughnessFactor", 1e30},
+                                      {"baseColorFactor", {-4, 1, 1, 1}},
+                                      {"baseColorFactor", {1, 1, 1e300, 1}}})
+        expect_contains(refused({{"pbrMetallicRoughness", {{name, value}}}}),
+                        std::string(name) + ": expected a number from 0 to 1, found ");
+    expect_contains(refused({{"emissiveFactor", {-5, 0, 0}}}),
+                    "emissiveFactor times emissiveStrength: expected a number");
+    expect_contains(refused({{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 2}}}}}}),
+                    "transmissionFactor: expected a number from 0 to 1, found 2");
 }
 
 TEST_F(HostileModelTest, SparseIndexOutOfRange) {

@@ -1,6 +1,8 @@
 // Geometry of OBJ files, and what is wrong with them.
 #include <tests/unit/scenes/temporary_folder.h>
 
+#include <equistream/elapsed.h>
+
 #include <scenes/library/scene.h>
 
 #include <cmath>
@@ -79,6 +81,38 @@ TEST_F(ObjModel, PolygonsOfAnyShapeKeepTheirAreaAndWinding) {
         face += " " + std::to_string(i + 1);
     }
     EXPECT_NEAR(area(load(text + face + "\n").meshes[0]), std::acos(-1.0) * std::sqrt(2.0), 1e-3);
+}
+
+/// Of which each corner is judged a few times: two arcs, one beside the other.
+TEST_F(ObjModel, AFaceOfManyCornersTakesNoTime) {
+    constexpr int corners = 4096;
+    std::string text, face = "f";
+    for (int i = 0; i < corners; ++i) {
+        const bool out = i < corners / 2;
+        const double angle = std::acos(-1.0) * (out ? i : corners - 1 - i) / (corners / 2 - 1.0),
+                     radius = out ? 1 : 0.999;
+        text +=
+            "v " + std::to_string(radius * std::cos(angle)) + " " + std::to_string(radius * std::sin(angle)) + " 0\n";
+        face += " " + std::to_string(i + 1);
+    }
+    for (int i = 0; i < 20; ++i)
+        text += face + "\n";
+    const auto start = Clock::now();
+    const SceneModel model = load(text);
+    EXPECT_LT(seconds_since(start), 60) << "minutes, where all corners are judged for each triangle";
+    const double expected = 20 * std::acos(-1.0) / 2 * (1 - 0.999 * 0.999);
+    EXPECT_NEAR(area(model.meshes[0]), expected, 0.01 * expected);
+}
+
+TEST_F(ObjModel, LinesThatGoOnWithoutEndTakeNoTime) {
+    std::string text = std::string(square) + "f 1 ";
+    for (int i = 0; i < 200000; ++i)
+        text += i % 2 == 0 ? "\\\n" : "  \\\n";
+    const auto start = Clock::now();
+    EXPECT_EQ(load(text + " 2 3\n").triangle_count(), 1u);
+    EXPECT_LT(seconds_since(start), 10);
+    // Two at the end of a line are one more than is needed: the empty line behind is joined too.
+    EXPECT_EQ(load(std::string(square) + "f 1 2 \\\\\n\n 3\n").triangle_count(), 1u);
 }
 
 TEST_F(ObjModel, TextIsReadHoweverItIsLaidOut) {

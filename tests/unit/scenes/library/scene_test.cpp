@@ -1,6 +1,7 @@
 #include <tests/unit/scenes/gltf_builder.h>
 #include <tests/unit/scenes/temporary_folder.h>
 
+#include <scenes/library/file_bytes.h>
 #include <scenes/library/scene.h>
 
 #include <equistream/elapsed.h>
@@ -150,7 +151,12 @@ TEST_F(SceneTest, WrongValuesNameTheirLine) {
     expect_contains(error("{\"model\": 3}"), "scene.json:1");
     expect_contains(error("{\"model\": \"model.glb\",\n \"exposure\": -1,\n \"camera\": {\"keys\": "
                           "[{\"time_s\": 0, \"position_m\": [0,0,0]}]}}"),
-                    "scene.json:2: expected a number above 0.0 as exposure, found -1.0");
+                    "scene.json:2: expected a number from 1e-12 to 1000000000000.0 as exposure, found -1.0");
+    for (const char* bad : {"\"exposure\": 1e300", "\"exposure\": 0", "\"head_box\": {\"lean_m\": 1e300}",
+                            "\"head_box\": {\"lean_m\": -1}"})
+        expect_contains(error("{\"model\": \"model.glb\",\n " + std::string(bad) +
+                              ",\n \"camera\": {\"keys\": [{\"time_s\": 0, \"position_m\": [0,0,0]}]}}"),
+                        "scene.json:2: expected a number from ");
     expect_contains(key_error(R"({"time_s": 0, "position_m": [0, "north", 0]})"),
                     "scene.json:3: expected a number as camera.keys[0].position_m[1], found \"north\"");
     expect_contains(key_error(R"({"time_s": 0, "position_m": [0, 1]})"), "a list of 3 numbers");
@@ -298,6 +304,18 @@ TEST_F(SceneTest, FilesThatAModelNamesBelongToItsFingerprints) {
         EXPECT_NE(load(text).geometry_fingerprint, before.geometry_fingerprint) << name;
         EXPECT_NE(load(text).fingerprint, before.fingerprint) << name;
     }
+}
+
+TEST_F(SceneTest, AFileThatAModelNamesOverAndOverIsReadOnce) {
+    write("large.bin", std::string(16 << 20, 'x'));
+    GltfBuilder builder = GltfBuilder::triangle();
+    Json all = Json::parse(builder.gltf("large.bin"));
+    for (int i = 0; i < 50000; ++i)
+        all["buffers"].push_back({{"byteLength", 1}, {"uri", i % 2 == 0 ? "large.bin" : "./large.bin"}});
+    const std::filesystem::path file = write("model.gltf", all.dump());
+    const auto start = Clock::now();
+    EXPECT_FALSE(geometry_fingerprint(file, 1, {}).empty());
+    EXPECT_LT(seconds_since(start), 20) << "800 GB otherwise";
 }
 
 TEST_F(SceneTest, MovingObjectsReplaceRotationAndTranslationAndKeepScale) {
