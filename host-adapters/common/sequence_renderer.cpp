@@ -32,6 +32,11 @@ void SequenceRenderer::run() {
                      "equistream render: note: --accumulate renders %lld finished frames again, whose light later ones "
                      "carry on\n",
                      static_cast<long long>(rendered_again_));
+    if (job_.timeline.range.first > 0 &&
+        std::ranges::any_of(job_.streams, [](const Stream& stream) { return stream.settings.accumulates; }))
+        std::fprintf(stderr,
+                     "equistream render: note: --accumulate begins anew at frame %lld; frames before it are not read\n",
+                     static_cast<long long>(job_.timeline.range.first));
     const auto start = Clock::now();
     try {
         for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
@@ -154,6 +159,11 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
     task.stop = &job_.interrupted;
     task.paths_traced = [this](std::uint64_t paths) { progress_.set(static_cast<double>(paths_ += paths)); };
     // A sequence serves one thread at a time: this frame begins before the last one's writing does.
+    // Where light is carried on, samples go by what the frame before has left: whatever was rendered between, or kept.
+    if (stream.settings.accumulates) {
+        start_writing();
+        finish_writing();
+    }
     const std::vector<PatchAtlas::Slot> slots = plan(stream, task);
     FramePointer frame = begin_frame(stream, task, {times.now_s, slots, window_of(stream)});
     task.frame = frame.get();

@@ -111,8 +111,10 @@ StreamOpener::StreamOpener(const RenderOptions& options, const SceneDescription&
 
 Stream StreamOpener::open(StreamSettings stream, std::uint32_t accumulated) const {
     es_sequence_settings settings = common_settings(options_, scene_);
-    const std::string fingerprint =
+    std::string fingerprint =
         fingerprint_ + (options_.window && (stream.window || stream.is_base) ? window_text(*options_.window) : "");
+    if (accumulated > 0 && options_.frames && options_.frames->first > 0)  // what is carried on hangs on where it began
+        fingerprint += " accumulated from " + std::to_string(options_.frames->first);
     const std::string folder = (options_.out / stream.name).string();
     stream.denoised = settings.denoise != ES_DENOISE_OFF;
     if (stream.tile_side == 0)

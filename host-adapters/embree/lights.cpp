@@ -91,10 +91,10 @@ void EmitterTable::build_alias_table(const std::vector<double>& powers, double t
     }
 }
 
-EmitterSample EmitterTable::sample(float choice, const glm::vec2& u) const {
-    const float scaled = choice * static_cast<float>(triangles_.size());
+EmitterSample EmitterTable::sample(double choice, const glm::vec2& u) const {
+    const double scaled = choice * static_cast<double>(triangles_.size());
     std::size_t i = std::min(static_cast<std::size_t>(scaled), triangles_.size() - 1);
-    if (scaled - static_cast<float>(i) >= keep_[i])
+    if (scaled - static_cast<double>(i) >= double(keep_[i]))
         i = alias_[i];
     const Triangle& t = triangles_[i];
     const glm::vec2 b = sample_triangle(u);

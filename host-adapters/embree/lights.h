@@ -104,7 +104,7 @@ public:
     /// Reads instances as they stand at this frame; writes each material's emission_pdf_area.
     void build(ShadingScene& scene, std::span<const glm::mat4> world_from_object, const Textures& textures);
     bool empty() const { return triangles_.empty(); }
-    EmitterSample sample(float choice, const glm::vec2& u) const;
+    EmitterSample sample(double choice, const glm::vec2& u) const;
 
 private:
     struct Triangle {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 /// Straight passes through glass do not count as bounces; this ends paths caught between panes.
-constexpr std::uint8_t max_vertices = 64;
+constexpr int max_straight_passes = 64;
 /// Russian roulette: after this many scatterings a path goes on with this many times its throughput as probability.
 /// Chosen by variance times rays on both real scenes: 1 and 2 give 1 to 10 % less than the usual 2 and 1, and a fifth
 /// fewer rays.
@@ -108,7 +108,7 @@ bool Worker::shade(std::uint32_t index, const Hit& hit) {
     path.scatter_distance += hit.distance;
     // After the last bounce a path still goes straight through glass to a light, as shadow rays do.
     const bool spent = path.bounces >= scene_.options.max_bounces;
-    if ((spent && !material.thin_glass) || path.vertices >= max_vertices)
+    if ((spent && !material.thin_glass) || path.vertices - path.bounces >= max_straight_passes)
         return false;
 
     const SurfaceParameters parameters = surface_parameters(material, point, path.cone.width_m, jitter, textures_);
@@ -189,7 +189,9 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
 void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf,
                             const ShadingFrame& frame) {
     Path& path = paths_[index];
-    const float choice = path.sampler.pair(path.vertices, Sampler::Use::choices).y;
+    // Both steps of a choice among millions take more bits than a float's 24.
+    const double choice = double(path.sampler.pair(path.vertices, Sampler::Use::choices).y) +
+                          double(path.sampler.next_hashed()) * 0x1p-24;
     const glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::emitter);
     const EmitterSample emitter = scene_.lights.emitters.sample(choice, u);
     if (emitter.cut_away)

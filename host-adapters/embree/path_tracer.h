@@ -128,7 +128,7 @@ private:
         glm::vec3 scattered_at{0};     ///< where it was
         float scatter_distance = 0;    ///< travelled since, straight passes through glass included
         std::uint8_t bounces = 0;      ///< scatterings but straight passes
-        std::uint8_t vertices = 0;     ///< all
+        std::uint16_t vertices = 0;    ///< all
         bool covered = false;          ///< the camera ray hit something
         bool after_rough = false;      ///< some scattering was rough
         bool next_event_done = false;  ///< the last scattering (straight passes aside) was rough and sampled lights

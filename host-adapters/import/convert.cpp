@@ -107,7 +107,7 @@ private:
     }
 
     FloatImage depth_of_positions() const {
-        const FloatImage p[] = {channel(0), channel(1), channel(2)};
+        const FloatImage p[] = {channel(0, infinity), channel(1, infinity), channel(2, infinity)};
         return filled(1, [&](int x, int y, float* out) {
             const glm::dvec3 point(*p[0].pixel(x, y), *p[1].pixel(x, y), *p[2].pixel(x, y));
             const double distance = glm::length(point);
@@ -184,6 +184,8 @@ private:
         for (std::size_t i = 0; i < mapped_->channels.size(); ++i)
             source.push_back(channel(i));
         const bool is_colour = source.size() >= 3 && has_colours;
+        // Alpha that a file does not have: 1 within its data window, where two readings do not differ.
+        const FloatImage ones = channels == 4 && source.size() == 3 ? channel(0, 1) : FloatImage();
         return filled(channels, [&](int x, int y, float* out) {
             for (std::size_t i = 0; i < source.size(); ++i)
                 out[i] = *source[i].pixel(x, y);
@@ -192,7 +194,7 @@ private:
                 out[0] = float(rgb.x), out[1] = float(rgb.y), out[2] = float(rgb.z);
             }
             if (channels == 4 && source.size() == 3)
-                out[3] = 1;
+                out[3] = *source[0].pixel(x, y) == 0 && *ones.pixel(x, y) == 1 ? 0 : 1;
         });
     }
 

@@ -17,6 +17,8 @@
 
 namespace equistream::files {
 
+namespace fs = std::filesystem;
+
 namespace {
 
 class ViewImport {
@@ -176,10 +178,26 @@ private:
     SequenceWriter writer_;
 };
 
+/// Frames in the same folder would be replaced, or removed by --overwrite, before they are read.
+void require_other_folder(const fs::path& folder, const FileSets& sources) {
+    std::set<fs::path> parents;
+    for (const FileSets::Frame& frame : sources.frames)
+        for (const fs::path& file : frame.files)
+            parents.insert(file.parent_path().empty() ? fs::path(".") : file.parent_path());
+    for (const fs::path& parent : parents) {
+        std::error_code error;  // what is not there is no other's
+        if (fs::equivalent(folder, parent, error))
+            throw InputError(expected_found("--out: " + folder.string(), "another folder than what is imported lies in",
+                                            parent.string()));
+    }
+}
+
 }  // namespace
 
 void run_import(const ImportSettings& settings, ImportPlan& plan,
                 const std::function<void(std::size_t, std::int64_t)>& done) {
+    for (const PlannedView& view : plan.views)
+        require_other_folder(settings.out / (plan.window ? "window" : eye_names[int(view.eye)]), plan.files);
     std::size_t count = 0;
     bool began = false;
     std::optional<Denoiser> denoiser;

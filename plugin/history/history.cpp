@@ -47,6 +47,18 @@ float worth(float a, float weight_a, float b, float weight_b) {
     return 1 / (weight_a * weight_a / a + weight_b * weight_b / b);
 }
 
+/// Whether pixels of both look the same ways: those of a window that has moved do not.
+bool has_same_pixels(const Camera& a, const Camera& b) {
+    if (a.index() != b.index() || width_of(a) != width_of(b) || height_of(a) != height_of(b))
+        return false;
+    if (const auto* flat = std::get_if<PerspectiveCamera>(&a))
+        return flat->fov_x_rad == std::get<PerspectiveCamera>(b).fov_x_rad;
+    const auto &one = std::get<EquirectCamera>(a), &other = std::get<EquirectCamera>(b);
+    const LongitudeLatitudeRange &r = one.range, &s = other.range;
+    return one.ods_side_m == other.ods_side_m && r.longitude_min == s.longitude_min &&
+           r.longitude_max == s.longitude_max && r.latitude_min == s.latitude_min && r.latitude_max == s.latitude_max;
+}
+
 }  // namespace
 
 void History::resize(const FrameInfo& info) {
@@ -289,8 +301,7 @@ void History::write(Frame& frame) const {
 void History::accumulate(Frame& frame, const Before& before) {
     const FrameInfo& info = frame.info;
     assert(!info.patches);
-    const bool goes_on = last_ && last_->index == before.index && width_ == width_of(info.camera) &&
-                         height_ == height_of(info.camera) &&
+    const bool goes_on = last_ && last_->index == before.index && has_same_pixels(camera_, info.camera) &&
                          last_->camera_pose.position_m == before.camera_pose.position_m &&
                          last_->camera_pose.orientation == before.camera_pose.orientation;
     last_.reset();  // until all is done
@@ -333,7 +344,7 @@ void History::accumulate(Frame& frame, const Before& before) {
 
 std::vector<std::uint32_t> History::samples_by_tile(const FrameInfo& next, int tile_side) const {
     const std::uint32_t mean = next.samples_per_pixel;
-    if (!last_ || mean < 2 || width_ != width_of(next.camera) || height_ != height_of(next.camera))
+    if (!last_ || mean < 2 || !has_same_pixels(camera_, next.camera))
         return {};
     const int across = (width_ + tile_side - 1) / tile_side, down = (height_ + tile_side - 1) / tile_side;
     std::vector<double> doubt, pixels;

@@ -114,6 +114,10 @@ class Accumulate(unittest.TestCase):
         (out / "frame.0003.exr").unlink()
         _, said = self.render("resumed", "--frames", "0-3", "--spp", "2", "--accumulate", "8", "--aovs", "samples")
         self.assertIn("--accumulate renders 3 finished frames again", said)
+        _, said = self.render("later", "--frames", "2-3", "--spp", "2", "--accumulate", "8")
+        self.assertIn("--accumulate begins anew at frame 2; frames before it are not read", said)
+        refused = run("render", self.scene, *SIZE, "--frames", "0-3", "--spp", "2", "--accumulate", "8", "--out", self.root / "later")
+        self.assertEqual(refused.returncode, 2, refused.stderr)
         self.assertEqual((out / "frame.0003.exr").read_bytes(), whole)
         for words, said in ((["--accumulate", "9"], "accumulate"), ([], "accumulate")):
             ended = run("render", self.scene, *SIZE, "--frames", "0-3", "--spp", "2", "--aovs", "samples" if words else "none", *words, "--out", self.root / "resumed")
