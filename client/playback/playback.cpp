@@ -35,8 +35,12 @@ double Playback::interval_s() const {
 }
 
 double Playback::overdue_s() const {
-    const bool is_late = is_live() && (state_ == ClockState::late || state_ == ClockState::stalled);
-    return is_late ? std::max(0.0, *now_s_ - newest_arrival_s_ - clock_.frame_interval_s()) : 0;
+    if (!is_live() || !now_s_ || !clock_runs_)
+        return 0;
+    const double overdue_s = std::max(0.0, *now_s_ - newest_arrival_s_ - clock_.frame_interval_s());
+    const bool is_late = is_moving() ? state_ == ClockState::late || state_ == ClockState::stalled
+                                     : overdue_s > clock_.playout_delay_s();  // the clock is not asked then
+    return is_late ? overdue_s : 0;
 }
 
 void Playback::play() {
@@ -111,7 +115,10 @@ Playback::Moment Playback::refresh(double now_s) {
     LoaderState loaded = loader_.state();
     attempts_ = loaded.attempts;
     if (loaded.reel != reel_) {
+        const bool steps = stepping_;
         forget_reel();
+        if (is_live())  // a paused picture stays, whatever the server begins
+            stepping_ = steps;
         reel_ = std::move(loaded.reel);
     }
     take_arrivals();
@@ -174,7 +181,9 @@ Playback::Moment Playback::refresh_recorded(bool ended, double elapsed_s) {
     const MediaTime time = *clock_.at(base_s_);
     state_ = time.state;
     Moment moment = show(time.frame_time_s);
-    if (!moment.frame && ended && waiting_.empty() && time_s_ >= shown_s_ + interval_s() - same_time_s)
+    // The clock's own time stops soon after the newest frame's, by an interval that it knows of two frames at least.
+    const double passed_s = base_s_ - due_s_ - recorded_options.min_delay_s;
+    if (!moment.frame && ended && waiting_.empty() && passed_s >= shown_s_ + interval_s() - same_time_s)
         return finish();
     return moment;
 }

@@ -180,7 +180,8 @@ std::string Session::advance(double display_s) {
 SessionState Session::shown_state() const {
     SessionState state{};
     state.frame = shown_->main.info.index;
-    state.time_s = playback_->time_s();
+    // After a jump what was shown stays until the frame that was sought is there.
+    state.time_s = playback_->shown_s() ? playback_->time_s() : shown_->main.info.time_s;
     state.head = pose_of(shown_->main.info.head);
     state.fraction_done = playback_->fraction_done();
     state.overdue_s = playback_->overdue_s();

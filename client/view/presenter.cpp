@@ -174,9 +174,8 @@ bool Presenter::advance(double now_s) {
     } catch (const std::exception& error) {
         if (report_.frames == 0)
             throw;
-        // What was shown last stays.
+        // What was shown last stays until the next frame; what cannot be read any more has paused itself.
         tell(error.what());
-        playback_.pause();
     }
     log_connection();
     const std::int64_t bytes = loader_.figures().bytes;

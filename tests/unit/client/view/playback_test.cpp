@@ -112,6 +112,31 @@ TEST_F(RecordedPlayback, ShowsFramesOfTwoSecondsForTwoSeconds) {
     EXPECT_NEAR(double(seen.size()) * refresh_s, 4, 0.2);
 }
 
+/// The clock knows how far frames are apart from two of them.
+TEST_F(RecordedPlayback, APictureAloneOrSoughtIsShownForItsTimeAndEnds) {
+    for (const int pictures : {1, 2}) {
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder / "centre");
+        for (int index = 0; index < pictures; ++index) {
+            Frame frame;
+            frame.info.index = index;
+            frame.info.frames_per_second = 0.5;
+            frame.info.time_s = 2 * index;
+            frame.info.camera = EquirectCamera{32, 16, {}};
+            frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
+            write_exr(folder / "centre" / frame_file_name(index), frame);
+        }
+        FrameLoader loader(folder.string(), {});
+        Playback playback(loader, true);
+        watch(playback, [&](const Refresh&) { return loader.state().ended; });
+        playback.seek(2.0 * (pictures - 1));
+        watch(playback, [&](const Refresh&) { return playback.shown_s().has_value(); });
+        playback.play();
+        const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+        EXPECT_NEAR(double(seen.size()) * refresh_s, 2, 0.2) << pictures;
+    }
+}
+
 /// Between frames what moves goes on with time; a frame that was stepped to is shown as it is.
 TEST_F(RecordedPlayback, WhatMovesIsLaterThanItsFrameAsTimeIs) {
     FrameLoader loader(folder.string(), {});
