@@ -12,15 +12,21 @@ namespace equistream::cli {
 
 namespace {
 
-/// CLI11 takes an empty word for 0.
+/// CLI11 takes an empty word for 0, and 010 for 8.
+template <typename Value>
 std::string unless_a_number(const std::string& word) {
-    return word.empty() ? "expected a number, found ''" : "";
+    if (word.empty())
+        return "expected a number, found ''";
+    const std::size_t begin = word.find_first_not_of("+-");
+    const bool is_octal = std::is_integral_v<Value> && begin != word.npos && begin + 1 < word.size() &&
+                          word[begin] == '0' && word.find_first_not_of("0123456789", begin) == word.npos;
+    return is_octal ? "expected a number without leading zeros, found '" + word + "'" : "";
 }
 
 template <typename Value>
 CLI::Option* add(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
     CLI::Option* option = app.add_option(name, value, description);
-    return std::is_arithmetic_v<Value> ? option->check(unless_a_number) : option;
+    return std::is_arithmetic_v<Value> ? option->check(unless_a_number<Value>) : option;
 }
 
 template <typename Number>
@@ -28,7 +34,7 @@ CLI::Option* add(CLI::App& app, const std::string& name, std::optional<Number>& 
     return app
         .add_option_function<Number>(
             name, [&value](const Number& given) { value = given; }, description)
-        ->check(unless_a_number);
+        ->check(unless_a_number<Number>);
 }
 
 }  // namespace

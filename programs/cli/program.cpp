@@ -9,6 +9,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <csignal>
@@ -206,12 +209,21 @@ private:
     const CLI::App& app_;  // it owns us
 };
 
+/// Where one of them was closed, the next file that is opened would take its number, and what is said would be written
+/// into that file. What is written to these fails, as it would where they are closed.
+void hold_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) < 0)
+            static_cast<void>(open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CommandLine&)>& setup) {
     const std::string& name = text.name;
     std::signal(SIGXFSZ, SIG_IGN);  // write() then says why
+    hold_standard_streams();
     CLI::App app(text.summary, "equistream " + name);
     app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
     app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)")

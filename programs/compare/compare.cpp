@@ -80,8 +80,13 @@ void complete(Arguments& arguments) {
         arguments.pairing.gaps = arguments.gaps;
     if (const auto& exposure = arguments.comparison.exposure)
         cli::require(*exposure > 0, "--exposure", "a number above 0", std::to_string(*exposure));
-    if (!arguments.out.empty())
+    if (!arguments.out.empty()) {
+        const PairingOptions& read = arguments.pairing;
+        cli::require_not_read("--out", arguments.out,
+                              {read.picture, read.truth, read.second_picture.value_or(read.picture),
+                               read.second_truth.value_or(read.truth)});
         cli::require_writable_file(arguments.out);
+    }
 }
 
 bool is_linear(const PicturePair& pair) {

@@ -6,6 +6,7 @@
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
+#include <programs/cli/paths.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
@@ -107,6 +108,11 @@ void run(const Arguments& a) {
     const bool deep = a.layout == "deep";
     const std::vector<Source> sources = find_sources(a);
     const std::vector<std::int64_t> frames = chosen_frames(sources.front(), a);
+    for (const Source& source : sources) {
+        cli::require_not_read("--out", a.out, {source.folder});
+        if (source.hidden)
+            cli::require_not_read("--out", a.out, {*source.hidden});
+    }
     std::error_code error;
     fs::create_directories(a.out, error);
     cli::require(!error, a.out.string(), "a folder that can be made", error.message());

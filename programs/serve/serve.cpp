@@ -48,6 +48,8 @@ void check(const Options& options) {
                  std::to_string(server.per_address.value_or(1)));
     if (!std::filesystem::exists(options.source))
         throw InputError(options.source + ": no such file or folder");
+    cli::require(std::filesystem::is_regular_file(options.source) || std::filesystem::is_directory(options.source),
+                 options.source, "a file or a folder", "something else");
     cli::require(options.more.empty() || is_scene(options.source) || std::filesystem::is_directory(options.source),
                  options.source, "a folder, to encode with what follows --", "a file");
 }

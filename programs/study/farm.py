@@ -103,9 +103,12 @@ def main():
     if command == TASK:
         sys.exit(task.run(options.bin, task.parsed(parser, words)))
     if command == "status":
+        if len(words) > 1:
+            parser.error(f"status: expected a folder, found {' '.join(words)}; options stand before status")
         folder = pathlib.Path(words[0]) if words else options.out
         try:
-            print("\n".join(status_lines(folder, read_plan(folder))))
+            lines = list(status_lines(folder, read_plan(folder)))
+            print(json.dumps({"folder": str(folder), "status": dict(line.split(": ", 1) for line in lines)}) if options.json else "\n".join(lines))
         except DAMAGED as error:
             parser.exit(task.USAGE, f"equistream farm: {damage_told(folder, error)}\n")
         return

@@ -105,8 +105,10 @@ def arguments():
     if options.frames[1] > last:
         parser.error(f"argument --frames: expected at most {last}, the path's last, found {options.frames[1]}")
     options.out = options.out or pathlib.Path(f"{options.scene.stem}-fit.ini")
-    if not options.out.resolve().parent.is_dir():
+    if not options.out.resolve().parent.is_dir() or options.out.is_dir():
         parser.error(f"argument --out: expected a file in a folder that is there, found {options.out}")
+    if options.out.exists() and options.out.samefile(options.scene):
+        parser.error(f"argument --out: expected another file than the scene, found {options.out}")
     return options
 
 

@@ -145,13 +145,21 @@ class Steps:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGTERM)
 
+    @staticmethod
+    def record_in(file):
+        """What a step has left; nothing where none can be read: it runs again."""
+        try:
+            record = json.loads(file.read_text())
+            return record if "command" in record else None
+        except (OSError, ValueError, TypeError):
+            return None
+
     def run(self, name, *words, fresh=None, timed=False):
         """`fresh` is the output that must not exist for the time taken to be that of the whole step; `timed`: it must have run alone."""
         words = [str(word) for word in words]
         file = self.work / "steps" / f"{name}.json"
         command = self.recorded(words)
-        if file.exists():
-            record = json.loads(file.read_text())
+        if record := self.record_in(file):
             # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
             made_here = fresh is not None or record.get("context") == self.context
             if record["command"] == command and made_here and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
@@ -227,8 +235,15 @@ def run_as_program(main, name=None):
     name = name or pathlib.Path(sys.argv[0]).name
     try:
         main()
+        sys.stdout.flush()
     except Failed as failure:
         sys.exit(f"{name}: {failure}")
+    except BrokenPipeError:  # nobody reads on
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        sys.exit(f"{name}: {where}{error.strerror or error}")
     except KeyboardInterrupt:
         sys.exit(f"{name}: interrupted; run it again to go on")
 

@@ -5,11 +5,13 @@
 
 import json
 import pathlib
+import re
 
 from steps import Failed, read_json, write_whole
 
 FORMAT = "equistream farm 1"
 LAST_FRAME = 999_999_999
+FRAME = re.compile(r"frame\.(\d+)\.exr")
 
 
 def write_plan(folder, plan):
@@ -62,7 +64,7 @@ def frames_in(folders):
     for folder in folders:
         for manifest in pathlib.Path(folder).glob("*/manifest.json"):
             numbers = found.setdefault(manifest.parent.name, set())
-            numbers |= {int(file.name.split(".")[1]) for file in manifest.parent.glob("frame.*.exr")}
+            numbers |= {int(found_number[1]) for file in manifest.parent.glob("frame.*.exr") if (found_number := FRAME.fullmatch(file.name))}
     return found
 
 

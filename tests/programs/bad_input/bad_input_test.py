@@ -495,6 +495,35 @@ class BadInput(unittest.TestCase):
                 (["encode", stream, "--out", self.out / "b.mkv"], "expected a folder of frames, found a video")):
             self.assert_refused(run(*words), 2, said)
 
+    def test_what_is_read_is_not_written_over(self):
+        render = self.out / "render"
+        shutil.copytree(self.root / "good", render)
+        before = {file: file.read_bytes() for file in render.rglob("*") if file.is_file()}
+        frame = render / "centre/frame.0000.exr"
+        self.assert_refused(run("compare", frame, render / "centre/frame.0001.exr", "--metrics", "psnr", "--out", frame), 2, f"--out {frame}: expected another place than what is read")
+        self.assert_refused(run("export", render / "centre", "--out", render / "centre", "--layout", "parts", "--overwrite"), 2, "expected another place than what is read")
+        self.assert_refused(run("import", render / "centre", "--out", render, "--overwrite"), 2, "expected another folder than what is imported lies in")
+        self.assertEqual({file: file.read_bytes() for file in render.rglob("*") if file.is_file()}, before)
+
+    def test_a_stream_that_is_closed_is_no_file_that_is_written(self):
+        video = self.out / "a.mkv"
+        for closed in ("2>&-", "<&- 2>&-"):
+            done = subprocess.run(["sh", "-c", f'"$0" "$@" {closed}', BIN / "equistream", "encode", self.root / "good", "--out", video, "--preset", "ultrafast", "--progress", "json"],
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0)
+            self.assertNotIn(b'"done"', video.read_bytes())
+            read = run("info", video)
+            self.assertEqual((read.returncode, read.stderr), (0, ""))
+        self.assertEqual(subprocess.run(["sh", "-c", '"$0" info "$1" >&-', BIN / "equistream", video], capture_output=True).returncode, 1)
+
+    def test_numbers_with_leading_zeros_are_no_octal_ones(self):
+        for words in (("encode", self.root / "good", "--out", self.out / "a.mkv", "--gop", "010"), ("render", self.scene, "--out", self.out / "r", "--spp", "-08")):
+            self.assert_refused(run(*words), 2, "expected a number without leading zeros, found")
+
+    def test_a_server_waits_for_no_named_pipe(self):
+        os.mkfifo(self.out / "pipe")
+        self.assert_refused(run("serve", self.out / "pipe", "--listen", "tcp://:0"), 2, f"{self.out / 'pipe'}: expected a file or a folder, found something else")
+
     def test_play_writes_into_no_folder_of_a_render(self):
         render = self.out / "render"
         made = run("render", self.scene, "--small", "right", "--frames", "0", *SMALL, "--out", render)
