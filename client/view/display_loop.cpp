@@ -146,6 +146,8 @@ void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
         shown.by_geometry = false;
     auto presenter = std::make_unique<Presenter>(
         *source, shown, Presenter::Place{.box = box_, .window = window_, .face = face_, .headset = headset_.get()});
+    if (resume_s_ && presenter_ != nullptr)
+        presenter->look_as(*presenter_);
     if (resume_s_ && !source->loader.is_live())
         presenter->seek(*resume_s_);
     resume_s_.reset();

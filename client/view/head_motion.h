@@ -74,6 +74,8 @@ public:
     void steer(const Steering& steering, double time_s);
     /// Back at once, which is no motion.
     void centre();
+    /// At once where the other one's head is, whose times are on another clock.
+    void look_as(const HeadMotion& other) { navigator_ = other.navigator_; }
 
     const Navigator& navigator() const { return navigator_; }
     /// As it is.

@@ -53,6 +53,12 @@ double Presenter::first_fov_deg() const {
     return settings_.fov_deg.value_or(truth_ != nullptr ? truth_->camera().fov_x_rad * 180 / pi : default_view_fov_deg);
 }
 
+void Presenter::look_as(const Presenter& before) {
+    motion_.look_as(before.motion_);
+    fov_deg_ = before.fov_deg_;
+    split_ = before.split_;
+}
+
 void Presenter::know_of(const std::string& loading, const std::vector<std::string>& recent) {
     content_.loading = loading;
     content_.recent = recent;
@@ -155,7 +161,11 @@ void Presenter::steer(double now_s) {
 bool Presenter::advance(double now_s) {
     bool is_new = false;
     try {
+        if (next_seek_s_ && !seeking_s_)
+            seek(*std::exchange(next_seek_s_, std::nullopt));
         const Playback::Moment moment = playback_.refresh(now_s);
+        if (moment.frame || moment.is_over)
+            seeking_s_.reset();
         if (moment.frame) {
             show(moment.frame);
             report_.decode_ms += moment.frame->main.decode_ms;
@@ -174,6 +184,7 @@ bool Presenter::advance(double now_s) {
     } catch (const std::exception& error) {
         if (report_.frames == 0)
             throw;
+        seeking_s_.reset();
         // What was shown last stays until the next frame; what cannot be read any more has paused itself.
         tell(error.what());
     }

@@ -51,6 +51,8 @@ public:
     void act(Action action);
     void choose(const ShownSetting& setting, const std::string& value);
     void seek(double time_s);
+    /// As it was looked at before the source was opened anew: from the same place, as wide.
+    void look_as(const Presenter& before);
     /// A line at the bottom for a while.
     void tell(std::string message);
     const ShownSettings& shown() const { return shown_; }
@@ -134,6 +136,9 @@ private:
     Headset* headset_;  ///< null: the window alone shows what there is
     ViewInputs inputs_;
     Playback playback_;
+    // Of a recorded source: a place that is sought and not shown yet, and the latest one that was asked for meanwhile.
+    // A mouse that is dragged would else keep every one of them from being shown.
+    std::optional<double> seeking_s_, next_seek_s_;
     std::shared_ptr<gl::PqDisplay> pq_display_;  ///< of HDR frames; null: there are none
     std::unique_ptr<gl::EyeRenderer> renderer_;
     gl::Display display_;

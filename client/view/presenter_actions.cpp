@@ -26,8 +26,10 @@ void Presenter::tell(std::string message) {
 void Presenter::seek(double time_s) {
     if (playback_.is_live())
         tell("there are no jumps in time in what comes live");
+    else if (seeking_s_)
+        next_seek_s_ = time_s;
     else
-        playback_.seek(time_s);
+        playback_.seek(*(seeking_s_ = time_s));
 }
 
 void Presenter::choose(const ShownSetting& setting, const std::string& value) {
@@ -77,6 +79,7 @@ void Presenter::act(Action action) {
     const FrameInfo& info = frame().main.info;
     const double interval_s = 1 / info.frames_per_second;
     const double jump_s = std::max(second_s, interval_s);  // never to the same frame
+    const double at_s = next_seek_s_ ? *next_seek_s_ : seeking_s_.value_or(info.time_s);
     // Those that are held are steer's.
     const std::map<Action, std::function<void()>> once = {
         {Action::centre,
@@ -90,15 +93,15 @@ void Presenter::act(Action action) {
         {Action::frame_back,
          [&] {
              playback_.pause();
-             seek(info.time_s - interval_s);
+             seek(at_s - interval_s);
          }},
         {Action::frame_on,
          [&] {
              playback_.pause();
              playback_.step();
          }},
-        {Action::second_back, [&] { seek(info.time_s - jump_s); }},
-        {Action::second_on, [&] { seek(info.time_s + jump_s); }},
+        {Action::second_back, [&] { seek(at_s - jump_s); }},
+        {Action::second_on, [&] { seek(at_s + jump_s); }},
         {Action::to_start, [&] { seek(0); }},
         {Action::darker, [&] { expose(-exposure_step_stops); }},
         {Action::brighter, [&] { expose(exposure_step_stops); }},

@@ -43,6 +43,20 @@ TEST(HeadMotion, ATurnIsForetoldForWhenItIsSeen) {
     }
 }
 
+TEST(HeadMotion, LooksAsAnotherOneWhoseClockIsAnother) {
+    Steering steering;
+    steering.drag_yaw_rad = 0.7;
+    steering.drag_pitch_rad = -0.2;
+    HeadMotion before, motion;
+    before.steer({}, 100);
+    before.steer(steering, 100.01);
+    motion.look_as(before);
+    EXPECT_TRUE(same_pose(motion.head(), before.head()));
+    motion.steer({}, 3);
+    EXPECT_TRUE(motion.is_resting());
+    EXPECT_TRUE(same_pose(motion.predict(0.05), before.head()));
+}
+
 TEST(HeadMotion, AMoveIsForetold) {
     HeadMotion motion;
     motion.steer({}, 0);
