@@ -35,7 +35,7 @@ double Playback::interval_s() const {
 }
 
 double Playback::overdue_s() const {
-    if (!is_live() || !now_s_ || !clock_runs_)
+    if (!is_live() || !now_s_ || !clock_runs_ || has_ended_)
         return 0;
     const double overdue_s = std::max(0.0, *now_s_ - newest_arrival_s_ - clock_.frame_interval_s());
     const bool is_late = is_moving() ? state_ == ClockState::late || state_ == ClockState::stalled
@@ -114,6 +114,7 @@ Playback::Moment Playback::refresh(double now_s) {
     // Asked before arrivals are: of what has ended, all have come.
     LoaderState loaded = loader_.state();
     attempts_ = loaded.attempts;
+    has_ended_ = loaded.ended;
     if (loaded.reel != reel_) {
         const bool steps = stepping_;
         forget_reel();
@@ -181,9 +182,10 @@ Playback::Moment Playback::refresh_recorded(bool ended, double elapsed_s) {
     const MediaTime time = *clock_.at(base_s_);
     state_ = time.state;
     Moment moment = show(time.frame_time_s);
-    // The clock's own time stops soon after the newest frame's, by an interval that it knows of two frames at least.
-    const double passed_s = base_s_ - due_s_ - recorded_options.min_delay_s;
-    if (!moment.frame && ended && waiting_.empty() && passed_s >= shown_s_ + interval_s() - same_time_s)
+    // Not by the clock's own time, which stops soon after the newest frame's: it may know of one frame alone.
+    if (moment.frame)
+        shown_since_s_ = base_s_;
+    if (!moment.frame && ended && waiting_.empty() && base_s_ - shown_since_s_ >= interval_s() - same_time_s)
         return finish();
     return moment;
 }

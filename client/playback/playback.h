@@ -92,6 +92,8 @@ private:
     std::optional<double> now_s_;
     bool is_held_ = false;
     double base_s_ = 0;                ///< of a recorded source: what the clock is told; stands still at times
+    double shown_since_s_ = 0;         ///< on base_s_: what is shown came on show
+    bool has_ended_ = false;           ///< there will be no more frames
     double due_s_ = 0;                 ///< on base_s_: frames are due so long after their own time
     std::vector<FrameStamp> waiting_;  ///< of a recorded source: came, and not passed
     std::int64_t shown_number_ = -1;

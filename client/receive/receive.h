@@ -62,7 +62,8 @@ struct FeedTrack {
     std::int64_t bytes = 0;
 };
 
-/// Throws WorkError where a picture or a plane of it has another size than its tag says, by which it is looked up.
+/// Throws WorkError where a picture or a plane of it has another size than its tag says, by which it is looked up. So
+/// too where a picture other than `patches` says that it is an atlas.
 void require_tagged_sizes(const ReceivedFrame& frame);
 
 /// What a source says of itself, for people.

@@ -52,7 +52,9 @@ export class TrackDecoder {
                 this.turn = this.turn.then(() => copy).then(picture => onPicture(frame.timestamp, picture))
                     .catch(onProblem);
             },
-            error: error => onProblem(new StreamError(`${name}: this browser cannot decode it (${error.message})`)),
+            // Where a browser takes a decoder of a page that is not looked at, another one begins at the next key frame.
+            error: error => error.name === "QuotaExceededError" ||
+                onProblem(new StreamError(`${name}: this browser cannot decode it (${error.message})`)),
         });
     }
 

@@ -82,8 +82,11 @@ export class FrameMaker {
             return this.failed("main", expectedFound("main track", "one eye's sphere (encode --stereo tracks)",
                                                      `both eyes, ${info.packing}; equistream view plays it`));
         const {generation} = this;
-        if (key && this.decoders.get(role)?.isClosed)  // by an error, or by a browser that wanted its memory back
+        if (this.decoders.get(role)?.isClosed) {  // by an error, or by a browser that wanted its memory back
+            if (!key)
+                return;
             this.decoders.delete(role);
+        }
         let decoder;
         try {
             decoder = await this.decoderOf(role, track);

@@ -195,6 +195,7 @@ export class Player {
             return;
         const wanted = recording.start + Math.min(Math.max(time, 0), this.length);
         recording.rewind(recording.frameAt(wanted));
+        this.time = wanted - recording.start;
         this.rewound();
     }
 

@@ -158,13 +158,13 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
         task.window_place = windows_->at(index);
     task.stop = &job_.interrupted;
     task.paths_traced = [this](std::uint64_t paths) { progress_.set(static_cast<double>(paths_ += paths)); };
-    // A sequence serves one thread at a time: this frame begins before the last one's writing does.
     // Where light is carried on, samples go by what the frame before has left: whatever was rendered between, or kept.
     if (stream.settings.accumulates) {
         start_writing();
         finish_writing();
     }
     const std::vector<PatchAtlas::Slot> slots = plan(stream, task);
+    // A sequence serves one thread at a time: this frame begins before the last one's writing does.
     FramePointer frame = begin_frame(stream, task, {times.now_s, slots, window_of(stream)});
     task.frame = frame.get();
     start_writing();

@@ -104,6 +104,8 @@ public:
     /// Reads instances as they stand at this frame; writes each material's emission_pdf_area.
     void build(ShadingScene& scene, std::span<const glm::mat4> world_from_object, const Textures& textures);
     bool empty() const { return triangles_.empty(); }
+    /// So many that a float's 24 bits are too few for both steps of a choice: `choice` needs those below them.
+    bool are_many() const { return triangles_.size() > 4096; }
     EmitterSample sample(double choice, const glm::vec2& u) const;
 
 private:

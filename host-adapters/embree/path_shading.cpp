@@ -189,9 +189,9 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
 void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf,
                             const ShadingFrame& frame) {
     Path& path = paths_[index];
-    // Both steps of a choice among millions take more bits than a float's 24.
-    const double choice = double(path.sampler.pair(path.vertices, Sampler::Use::choices).y) +
-                          double(path.sampler.next_hashed()) * 0x1p-24;
+    double choice = path.sampler.pair(path.vertices, Sampler::Use::choices).y;
+    if (scene_.lights.emitters.are_many())
+        choice += double(path.sampler.next_hashed()) * 0x1p-24;
     const glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::emitter);
     const EmitterSample emitter = scene_.lights.emitters.sample(choice, u);
     if (emitter.cut_away)

@@ -257,9 +257,11 @@ SequenceSettings checked_settings(const es_sequence_settings* settings, const De
             "0 in an atlas of patches and where frames are accumulated", std::to_string(s.part_count));
     checked.part = {s.part, s.part_count};
     checked.tile_side = checked_tile_settings(settings).tile_side;
-    const std::string tiles = std::string(hidden_layer ? " hidden layer" : "") +
-                              (s.samples_by_angle != 0 ? " samples by angle" : "") + " tiles of " +
-                              std::to_string(checked.tile_side);  // samples are given out by tiles
+    std::string tiles = hidden_layer ? " hidden layer" : "";
+    if (s.samples_by_angle != 0)
+        tiles += " samples by angle";
+    if (s.samples_by_angle != 0 || s.accumulate_frames > 0)  // samples are given out by tiles
+        tiles += " tiles of " + std::to_string(checked.tile_side);
     checked.manifest.fingerprint =
         sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + tiles);
     return checked;

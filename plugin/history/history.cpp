@@ -47,7 +47,7 @@ float worth(float a, float weight_a, float b, float weight_b) {
     return 1 / (weight_a * weight_a / a + weight_b * weight_b / b);
 }
 
-/// Whether pixels of both look the same ways: those of a window that has moved do not.
+/// Whether pixels of both look the same ways. A window that has moved has other pixels.
 bool has_same_pixels(const Camera& a, const Camera& b) {
     if (a.index() != b.index() || width_of(a) != width_of(b) || height_of(a) != height_of(b))
         return false;

@@ -403,6 +403,9 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put_name(info.host, "host");
     fields.put_name(info.geometry_fingerprint, "geometry fingerprint");
     put_depth_code(fields, info.depth_code);
+    if (info.patches && role != TrackRole::patches && role != TrackRole::patches_depth)
+        throw InputError(expected_found("frame " + std::to_string(info.index) + " of " + track_name(role),
+                                        "a whole picture", "an atlas of patches"));
     const auto patches = info.patches ? pack_patch_table(*info.patches) : std::vector<std::uint8_t>();
     fields.put(static_cast<std::uint16_t>(patches.size()));
     fields.append(patches);

@@ -80,13 +80,8 @@ void complete(Arguments& arguments) {
         arguments.pairing.gaps = arguments.gaps;
     if (const auto& exposure = arguments.comparison.exposure)
         cli::require(*exposure > 0, "--exposure", "a number above 0", std::to_string(*exposure));
-    if (!arguments.out.empty()) {
-        const PairingOptions& read = arguments.pairing;
-        cli::require_not_read("--out", arguments.out,
-                              {read.picture, read.truth, read.second_picture.value_or(read.picture),
-                               read.second_truth.value_or(read.truth)});
+    if (!arguments.out.empty())
         cli::require_writable_file(arguments.out);
-    }
 }
 
 bool is_linear(const PicturePair& pair) {
@@ -118,6 +113,11 @@ nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeS
 void compare(Arguments& arguments, const cli::CommandLine& app) {
     complete(arguments);
     const std::vector<EyePairs> eyes = pair_pictures(arguments.pairing);
+    if (!arguments.out.empty())
+        for (const EyePairs& eye : eyes)
+            for (const PicturePair& pair : eye.pairs)
+                cli::require_not_read("--out", arguments.out,
+                                      {pair.picture, pair.truth, pair.second_picture, pair.second_truth, pair.gaps});
     require_use_of_display(app, eyes);
     std::size_t pictures = 0;
     for (const EyePairs& eye : eyes)

@@ -168,9 +168,12 @@ private:
             ++intervals_;
         }
         last_frame_ = frame;
+        // A head at rest sends nothing: how long ago it said so is no delay.
+        pose_age_s_ = stream_.steering_age_s();
+        if (pose_age_s_ && *pose_age_s_ > seconds_since(ordered_))
+            pose_age_s_.reset();
         ordered_ = now;
         is_rendering_ = true;
-        pose_age_s_ = stream_.steering_age_s();
         // A window lies where eyes will look once it is on its way.
         const Samples samples = pace_.samples();
         child_->order(

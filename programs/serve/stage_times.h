@@ -9,12 +9,12 @@
 namespace equistream::serve {
 
 enum class LiveStage {
-    pose,    ///< from a pose's coming until a sphere is ordered for it; only where a viewer steers
+    pose,    ///< from a pose's coming until a sphere is ordered for it; only of poses that are new
     render,  ///< until the renderer has the picture
     hand_over,
     wait,  ///< until the encoder is free
     encode,
-    all,  ///< from the pose's coming, or the order where nobody steers, until the bytes can be sent
+    all,  ///< from the pose's coming, or the order where none is new, until the bytes can be sent
 };
 inline constexpr std::array<const char*, 6> live_stage_names = {"pose", "render", "hand_over", "wait", "encode", "all"};
 

@@ -235,7 +235,8 @@ def run_as_program(main, name=None):
     name = name or pathlib.Path(sys.argv[0]).name
     try:
         main()
-        sys.stdout.flush()
+        if sys.stdout:  # none where it was closed
+            sys.stdout.flush()
     except Failed as failure:
         sys.exit(f"{name}: {failure}")
     except BrokenPipeError:  # nobody reads on

@@ -1,4 +1,4 @@
-"""Chart 5: for each breaker each method's accuracy less the ceiling's, against its strength; below it how much of what fails the reliability map flags.
+"""Chart 5: for each breaker each method's accuracy less the ceiling's, against its strength. Below it: the share of failing pixels that the reliability map flags.
 Chart 6: what the eye sees while the server is late: dB and degrees against delay, jitter, loss and silence.
 """
 

@@ -6,7 +6,7 @@ LARGEST_ARRAY = 1000
 """Of Slurm, unless its administrator allows more (MaxArraySize)."""
 SUBMIT = """#!/bin/sh
 # Submits every job of this farm to Slurm. Words go to each sbatch: sh submit.sh --partition=NAME --account=NAME
-# Submitted again, it goes on where it was: what is finished stays. Jobs of before must have ended: two tasks in one folder would be in each other's way.
+# Submitted again, it goes on where it was: what is finished stays. Earlier jobs must have ended: two tasks in one folder would be in each other's way.
 set -e
 cd "$(dirname "$0")"
 mkdir -p logs

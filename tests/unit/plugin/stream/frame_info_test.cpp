@@ -110,12 +110,15 @@ TEST(FrameInfoPayload, BothEyesLieInPicturesOfMainAndItsDepthAlone) {
 TEST(FrameInfoPayload, ATableOfPatchesLiesInTheirPicturesAlone) {
     FrameInfo info = full_info();
     info.depth_code.reset();
+    auto payload = encode_frame_info(TrackRole::patches, info);
     for (int role = 0; role < track_role_count; ++role) {
-        const auto payload = encode_frame_info(TrackRole(role), info);
-        if (TrackRole(role) == TrackRole::patches || TrackRole(role) == TrackRole::patches_depth)
+        payload[20] = std::uint8_t(role);
+        if (TrackRole(role) == TrackRole::patches || TrackRole(role) == TrackRole::patches_depth) {
             EXPECT_TRUE(decode_frame_info(payload)->info.patches);
-        else
-            EXPECT_THROW(decode_frame_info(payload), WorkError) << track_name(TrackRole(role));
+            continue;
+        }
+        EXPECT_THROW(decode_frame_info(payload), WorkError) << track_name(TrackRole(role));
+        EXPECT_THROW(encode_frame_info(TrackRole(role), info), InputError) << track_name(TrackRole(role));
     }
 }
 
