@@ -124,6 +124,14 @@ class Accumulate(unittest.TestCase):
             self.assertEqual(ended.returncode, 2)
             self.assertIn(said, ended.stderr)
 
+    def test_resumed_beside_another_stream_that_is_kept(self):
+        words = ["--frames", "0-3", "--spp", "2", "--accumulate", "8", "--aovs", "depth,samples", "--layers"]
+        out, _ = self.render("several", *words)
+        whole = (out / "frame.0003.exr").read_bytes()
+        (out / "frame.0003.exr").unlink()
+        self.render("several", *words)
+        self.assertEqual((out / "frame.0003.exr").read_bytes(), whole)
+
     def test_other_streams_stay_as_they_are(self):
         out, said = self.render("layers", "--frames", "0-1", "--spp", "1", "--accumulate", "8", "--aovs", "depth", "--layers")
         self.assertIn("--accumulate is for the first surfaces; --layers stays as rendered", said)

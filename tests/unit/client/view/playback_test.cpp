@@ -383,6 +383,28 @@ TEST_F(LivePlayback, AServerThatHasSentAllIsLeft) {
     EXPECT_TRUE(server.is_left());
     watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
     EXPECT_EQ(shown_, pictures - 1);
+    // Nothing is overdue where nothing is to come, paused or not.
+    playback.pause();
+    playback.refresh(loader.now_s() + 30);
+    EXPECT_EQ(playback.overdue_s(), 0);
+}
+
+TEST_F(LivePlayback, APausedPictureStaysWhenTheServerBeginsAnew) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    watch_live(loader, playback, [](const Refresh& r) { return r.shown > 0; });
+    playback.pause();
+    const std::int64_t paused_at = shown_;
+    const auto first_reel = loader.state().reel;
+    server.close();
+    watch_live(loader, playback, [&](const Refresh&) { return playback.attempts() > 0; });
+    server.give(parts, 0, pictures);
+    server.close();
+    watch_live(loader, playback, [&](const Refresh&) { return loader.state().ended; });
+    EXPECT_NE(loader.state().reel, first_reel);
+    EXPECT_EQ(shown_, paused_at);
 }
 
 /// Who reads is never made to wait then, and has to be asked to end all the same.

@@ -503,6 +503,14 @@ TEST(History, AFrameThatDoesNotFollowBeginsAnew) {
     EXPECT_NEAR(samples([](World& world, Frame& f) { world.history.accumulate(f, {2, at(0)}); }), 16, 0.01);
     EXPECT_EQ(samples([](World& world, Frame& f) { world.history.accumulate(f, {1, at(0)}); }), 4);
     EXPECT_EQ(samples([](World& world, Frame& f) { world.history.accumulate(f, {2, at(0.1)}); }), 4);
+    // A window that has moved: its pixels are other ones.
+    EXPECT_EQ(samples([](World& world, Frame& f) {
+                  LongitudeLatitudeRange& range = std::get<EquirectCamera>(f.info.camera).range;
+                  range.longitude_min += 0.1;
+                  range.longitude_max += 0.1;
+                  world.history.accumulate(f, {2, at(0)});
+              }),
+              4);
 }
 
 TEST(History, SamplesThatAreNotFinite) {

@@ -263,7 +263,7 @@ TEST(FrameInfoPayload, HostileDepthCodesAreErrors) {
 TEST(FrameInfoPayload, OnlyDepthIsHalved) {
     FrameInfo colour = full_info();
     colour.depth_code.reset();
-    auto payload = encode_frame_info(TrackRole::main, colour);
+    auto payload = encode_frame_info(TrackRole::patches, colour);
     payload[payload.size() - halved_bytes] = 1;
     EXPECT_THROW(decode_frame_info(payload), WorkError);
 }
