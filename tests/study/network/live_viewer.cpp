@@ -21,9 +21,9 @@
 
 namespace {
 
-constexpr int width = 320, height = 180;
+constexpr int width = 160, height = 90;  // small: the server works on the same machine
 constexpr double fov_rad = 1.5708, ipd_m = 0.063;
-constexpr double refresh_s = 1.0 / 60, look_s = 0.001;
+constexpr double refresh_s = 1.0 / 30, look_s = 0.001;
 constexpr double metres_per_s = 0.001;  // slow enough to stay in the head box
 constexpr double settled_s = 5;         // the server finds its pace, the client its delay
 
@@ -63,7 +63,7 @@ nlohmann::ordered_json watch(const char* url, double seconds) {
 
     nlohmann::ordered_json shown = nlohmann::ordered_json::array();
     std::deque<double> came;
-    std::int64_t received = 0, numbered = 0;
+    std::int64_t received = 0;
     es_client_statistics statistics{};
     statistics.struct_size = sizeof statistics;
     const auto look = [&] {
@@ -91,11 +91,10 @@ nlohmann::ordered_json watch(const char* url, double seconds) {
             break;
         if (!state.is_new)
             continue;
-        ++numbered;
         const double sent_s = (state.head.position_m[0] - source.first_head.position_m[0]) / metres_per_s;
         if (sent_s > settled_s)
             shown.push_back({{"sent_s", sent_s},
-                             {"number", numbered},
+                             {"number", statistics.frames_shown},
                              {"frame", state.frame},
                              {"shown_s", es_client_now_s(client)},
                              {"playout_delay_s", state.playout_delay_s}});
