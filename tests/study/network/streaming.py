@@ -313,13 +313,8 @@ def pose(options, steps, keep, kept):
     server = Server(options.bin, steps.work / "pavilion/pavilion.json", "tcp://127.0.0.1:0", *LIVE)
     said = json.loads(subprocess.run([options.bin / "equistream_live_viewer", server.url, str(POSE_S)], check=True, capture_output=True, text=True).stdout)
     report = server.end()["live"]
-    # Where a sphere was passed over, it is not known which ones came when.
-    came = said["came_s"] if said["frames_shown"] == said["frames_received"] else []
     stages = {name: {key: round(times[key], 2) for key in ("p50", "p99")} | {"samples": times["samples"]} for name, times in report["stages_ms"].items()}
     shown = said["shown"]
-    if came:
-        stages["until received"] = spread([came[each["number"] - 1] - each["sent_s"] for each in shown])
-        stages["until shown"] = spread([each["shown_s"] - came[each["number"] - 1] for each in shown])
     stages["pose to picture"] = spread([each["shown_s"] - each["sent_s"] for each in shown])
     keep("pose", {"stages_ms": stages, "decode_ms": said["decode_ms"], "render_ms": said["render_ms"], "playout_delay_ms": spread([each["playout_delay_s"] for each in shown]),
                   "spheres_per_s": report["spheres_per_s"], "spp": report["spp"]})
@@ -375,12 +370,13 @@ def live_rows(found):
 
 
 STAGES = {"pose": "at the server: a pose waits until a sphere is ordered", "render": "the sphere is rendered", "hand_over": "its file is written", "wait": "the encoder is not free yet",
-          "encode": "it is coded", "all": "from a pose's coming to bytes that can be sent", "until received": "at the viewer: from a pose's sending until its sphere is decoded",
-          "until shown": "until both eyes' pictures are there", "pose to picture": "from a pose's sending to both eyes' pictures"}
+          "encode": "it is coded", "all": "from a pose's coming to bytes that can be sent", "pose to picture": "from a pose's sending to both eyes' pictures"}
 
 
 def pose_rows(found):
-    return [[words, *(cell(found["stages_ms"][name][key], 1) for key in ("p50", "p99"))] for name, words in STAGES.items() if name in found["stages_ms"]]
+    rows = [[words, *(cell(found["stages_ms"][name][key], 1) for key in ("p50", "p99"))] for name, words in STAGES.items()]
+    means = [[f"at the viewer, on average: {words}", cell(found[key], 1), "-"] for key, words in (("decode_ms", "decoding"), ("render_ms", "both eyes"))]
+    return [*rows[:-1], *means, ["at the viewer: the play-out delay", *(cell(found["playout_delay_ms"][key], 1) for key in ("p50", "p99"))], rows[-1]]
 
 
 def write_page(found, page):
