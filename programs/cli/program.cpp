@@ -210,7 +210,8 @@ private:
 };
 
 /// Where one of them was closed, the next file that is opened would take its number, and what is said would be written
-/// into that file. What is written to these fails, as it would where they are closed.
+/// into that file. What is written to these fails, as it would where they are closed. Without /dev/null they stay
+/// closed.
 void hold_standard_streams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (fcntl(stream, F_GETFD) < 0)

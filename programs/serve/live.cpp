@@ -341,7 +341,7 @@ private:
     std::int64_t last_frame_ = -1;
     double busy_s_ = 0, coded_bits_ = 0;
     double last_age_s_ = 0;             // as in LiveFigures, of the last sphere
-    std::optional<double> pose_age_s_;  // when the last sphere was ordered; nothing: nobody steers
+    std::optional<double> pose_age_s_;  // when the last sphere was ordered; nothing: no pose was new
     std::int64_t intervals_ = 0;
     int coding_ = 0;  // frames that the worker has not coded yet
     bool is_ready_ = false, is_rendering_ = false, has_rendered_ = false, was_idle_ = true, is_listening_ = false;

@@ -147,12 +147,14 @@ class Steps:
 
     @staticmethod
     def record_in(file):
-        """What a step has left; nothing where none can be read: it runs again."""
+        """What a step has left; nothing where there is none, or where a crash has left half of one: the step runs again."""
+        if not file.exists():
+            return None
         try:
             record = json.loads(file.read_text())
-            return record if "command" in record else None
-        except (OSError, ValueError, TypeError):
+        except ValueError:
             return None
+        return record if isinstance(record, dict) and "command" in record else None
 
     def run(self, name, *words, fresh=None, timed=False):
         """`fresh` is the output that must not exist for the time taken to be that of the whole step; `timed`: it must have run alone."""

@@ -12,9 +12,6 @@ namespace equistream {
 
 namespace {
 
-/// An accessor without bytes is all zeros: only its claim says how long it is, so the claim is capped.
-constexpr std::size_t zero_element_limit = std::size_t{1} << 20;
-
 template <typename T>
 T load(const std::uint8_t* bytes) {
     T value;

@@ -36,6 +36,10 @@ struct Accessor {
     std::optional<SparseAccessor> sparse;
 };
 
+/// An accessor without bytes is all zeros: only its claim says how long it is, so claims are capped, of one accessor
+/// and of all uses of a model's together.
+constexpr std::size_t zero_element_limit = std::size_t{1} << 20;
+
 /// These throw InputError naming `where` if the bytes do not hold what the accessor claims, or a value is not finite.
 /// Vectors are allocated with room for one more element, so that Embree may read 16 bytes at the last one.
 std::vector<glm::vec2> read_vec2(const Accessor& accessor);

@@ -18,8 +18,6 @@ namespace {
 /// Accessors may be shared and meshes placed many times, so a small file can ask for a great deal: these bound it.
 constexpr std::size_t element_limit = std::size_t{1} << 28;  ///< vertices, or indices, of all meshes together
 constexpr std::size_t instance_limit = std::size_t{1} << 24;
-/// Of accessors without a buffer view, as often as they are used: they take no bytes of the file.
-constexpr std::size_t zero_element_limit = std::size_t{1} << 20;
 
 using Indices = std::vector<std::uint32_t>;
 

@@ -11,7 +11,9 @@ set -e
 cd "$(dirname "$0")"
 mkdir -p logs
 command -v equistream > /dev/null || {{ echo 'submit.sh: expected equistream in PATH, found none' >&2; exit 1; }}
-left=$(if test -s submitted; then squeue --me --noheader --format=%F | sort -u | grep --line-regexp --file=submitted || true; fi)
+touch submitted
+queued=$(squeue --me --noheader --format=%F)
+left=$(echo "$queued" | awk 'FILENAME == "submitted" {{ ours[$1]; next }} $1 in ours && !seen[$1]++ {{ print $1 }}' submitted -)
 test -z "$left" || {{ echo "submit.sh: expected no job of this farm in the queue, found" $left"; wait, or scancel them first" >&2; exit 1; }}
 : > submitted
 submit() {{ job=$(sbatch --parsable --job-name={name}-"$@"); job=${{job%%;*}}; echo "$job" >> submitted; }}

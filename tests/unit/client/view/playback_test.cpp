@@ -51,6 +51,20 @@ protected:
                 frames.push_back(refresh.shown);
         return frames;
     }
+    /// In place of what is there.
+    void write_frames_of_two_seconds(int count) const {
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder / "centre");
+        for (int index = 0; index < count; ++index) {
+            Frame frame;
+            frame.info.index = index;
+            frame.info.frames_per_second = 0.5;
+            frame.info.time_s = 2 * index;
+            frame.info.camera = EquirectCamera{32, 16, {}};
+            frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
+            write_exr(folder / "centre" / frame_file_name(index), frame);
+        }
+    }
     static std::vector<std::int64_t> range(std::int64_t first, std::int64_t last) {
         std::vector<std::int64_t> all(std::size_t(last - first + 1));
         std::iota(all.begin(), all.end(), first);
@@ -93,17 +107,7 @@ TEST_F(RecordedPlayback, KeepsThePaceOfItsFrames) {
 
 /// Slower than a frame a second too: the last one is shown as long as the others.
 TEST_F(RecordedPlayback, ShowsFramesOfTwoSecondsForTwoSeconds) {
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder / "centre");
-    for (const int index : {0, 1}) {
-        Frame frame;
-        frame.info.index = index;
-        frame.info.frames_per_second = 0.5;
-        frame.info.time_s = 2 * index;
-        frame.info.camera = EquirectCamera{32, 16, {}};
-        frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
-        write_exr(folder / "centre" / frame_file_name(index), frame);
-    }
+    write_frames_of_two_seconds(2);
     FrameLoader loader(folder.string(), {});
     Playback playback(loader, true);
     watch(playback, [&](const Refresh&) { return loader.state().ended; });
@@ -115,17 +119,7 @@ TEST_F(RecordedPlayback, ShowsFramesOfTwoSecondsForTwoSeconds) {
 /// The clock knows how far frames are apart from two of them.
 TEST_F(RecordedPlayback, APictureAloneOrSoughtIsShownForItsTimeAndEnds) {
     for (const int pictures : {1, 2}) {
-        std::filesystem::remove_all(folder);
-        std::filesystem::create_directories(folder / "centre");
-        for (int index = 0; index < pictures; ++index) {
-            Frame frame;
-            frame.info.index = index;
-            frame.info.frames_per_second = 0.5;
-            frame.info.time_s = 2 * index;
-            frame.info.camera = EquirectCamera{32, 16, {}};
-            frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
-            write_exr(folder / "centre" / frame_file_name(index), frame);
-        }
+        write_frames_of_two_seconds(pictures);
         FrameLoader loader(folder.string(), {});
         Playback playback(loader, true);
         watch(playback, [&](const Refresh&) { return loader.state().ended; });
