@@ -7,6 +7,8 @@
 
 #include <Imath/half.h>
 
+#include <tbb/parallel_for.h>
+
 #include <array>
 #include <limits>
 
@@ -72,29 +74,29 @@ const std::array<std::uint16_t, 256>& halves() {
 void write_pixels(const ByteImage& rgba, const ViewPart& part, const SessionRequest& request, es_eye_image& image) {
     const std::size_t stride = stride_of(image.pixels_stride, pixel_bytes(image.format), request);
     const std::size_t samples = 4 * std::size_t(part.width);
-    for (int y = 0; y < part.height; ++y) {
+    tbb::parallel_for(0, part.height, [&](int y) {
         const std::uint8_t* from = rgba.pixel(part.left, part.top + y);
         char* to = static_cast<char*>(image.pixels) + stride * std::size_t(y);
         if (image.format == ES_RGBA8) {
             std::memcpy(to, from, samples);
-            continue;
+            return;
         }
         for (std::size_t i = 0; i < samples; ++i)
             std::memcpy(to + 2 * i, &halves()[from[i]], 2);
-    }
+    });
 }
 
 /// `plane` may be empty: it is not known.
 template <typename Sample>
 void write_plane(const ImageView<const Sample>& plane, Sample unknown, const ViewPart& part, Sample* to,
                  std::size_t stride) {
-    for (int y = 0; y < part.height; ++y) {
+    tbb::parallel_for(0, part.height, [&](int y) {
         Sample* row = reinterpret_cast<Sample*>(reinterpret_cast<char*>(to) + stride * std::size_t(y));
         if (plane.width == 0)
             std::fill_n(row, part.width, unknown);
         else
             std::copy_n(plane.pixel(part.left, part.top + y), part.width, row);
-    }
+    });
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include <equistream/colour.h>
 #include <equistream/error.h>
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -136,13 +138,14 @@ private:
         gl::download(depth.texture, eye, {camera.width, camera.height}, {depth.format, GL_FLOAT, sizeof(float)},
                      depth_m.samples().data(), sizeof(float) * std::size_t(camera.width));
         const double focal_px = camera.focal_px();
-        for (int y = 0; y < camera.height; ++y)
+        tbb::parallel_for(0, camera.height, [&](int y) {
             for (int x = 0; x < camera.width; ++x) {
                 float& sample = depth_m.pixel(x, y)[0];
                 const double along_x = (x + 0.5 - 0.5 * camera.width) / focal_px,
                              along_y = (y + 0.5 - 0.5 * camera.height) / focal_px;
                 sample = float(std::sqrt(1 + along_x * along_x + along_y * along_y) / (double(sample) * depth.scale));
             }
+        });
     }
 
     std::optional<gl::HostGlState> at_end_;  ///< goes last

@@ -31,8 +31,8 @@ public:
     virtual bool cast_patches(const PatchAtlas&, const Pose&, ImageView<float> /*depth_m*/) { return false; }
 };
 
-/// Depth planes that somebody else computed (the renderer's AOV), handed out to whoever asks for that very view.
-/// Any other view goes to `otherwise`, if there is one, else is a WorkError.
+/// Depth planes that came from elsewhere (the renderer's AOV), handed out to whoever asks for that very view. Any other
+/// view goes to `otherwise`, if there is one, else is a WorkError.
 class ExactDepth : public DepthSource {
 public:
     explicit ExactDepth(std::unique_ptr<DepthSource> otherwise = nullptr);
@@ -40,7 +40,8 @@ public:
     std::string_view name() const override { return "exact"; }
     /// Forgets all planes.
     void set_time(double time_s) override;
-    void add(const Camera& camera, const Pose& pose, FloatImage depth_m);
+    /// The plane is borrowed until set_time.
+    void add(const Camera& camera, const Pose& pose, ImageView<const float> depth_m);
     /// Whether cast would succeed without `otherwise`.
     bool holds(const Camera& camera, const Pose& pose) const { return find(camera, pose) != nullptr; }
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
@@ -50,7 +51,7 @@ private:
     struct Plane {
         Camera camera;
         Pose pose;
-        FloatImage depth_m;
+        ImageView<const float> depth_m;
     };
     const Plane* find(const Camera& camera, const Pose& pose) const;
 

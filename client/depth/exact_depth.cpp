@@ -4,6 +4,8 @@
 #include <equistream/error.h>
 #include <equistream/text.h>
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <utility>
@@ -18,9 +20,9 @@ void ExactDepth::set_time(double time_s) {
         otherwise_->set_time(time_s);
 }
 
-void ExactDepth::add(const Camera& camera, const Pose& pose, FloatImage depth_m) {
-    assert(depth_m.width() == width_of(camera) && depth_m.height() == height_of(camera) && depth_m.channels() == 1);
-    planes_.push_back({camera, pose, std::move(depth_m)});
+void ExactDepth::add(const Camera& camera, const Pose& pose, ImageView<const float> depth_m) {
+    assert(depth_m.width == width_of(camera) && depth_m.height == height_of(camera) && depth_m.channels == 1);
+    planes_.push_back({camera, pose, depth_m});
 }
 
 const ExactDepth::Plane* ExactDepth::find(const Camera& camera, const Pose& pose) const {
@@ -38,8 +40,8 @@ void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> d
                                        "none of a " + size_text(width_of(camera), height_of(camera)) + " view"));
     if (plane == nullptr)
         return otherwise_->cast(camera, pose, depth_m);
-    for (int y = 0; y < depth_m.height; ++y)
-        std::copy_n(plane->depth_m.pixel(0, y), depth_m.width, depth_m.row(y));
+    tbb::parallel_for(0, depth_m.height,
+                      [&](int y) { std::copy_n(plane->depth_m.row(y), depth_m.width, depth_m.row(y)); });
 }
 
 bool ExactDepth::cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) {

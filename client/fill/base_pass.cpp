@@ -6,6 +6,8 @@
 #include <client/warp/eye_rays.h>
 #include <client/warp/resample.h>
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <variant>
@@ -27,8 +29,9 @@ void BaseEngine::reproject(const EyeView& eye, EyePicture& picture) const {
     }
     {
         const std::scoped_lock lock(mutex_);
+        // While it waits for other threads it takes no work of the other eye, which waits for the lock.
         if (!is_source_)
-            engine_->set_source(base_);
+            tbb::this_task_arena::isolate([&] { engine_->set_source(base_); });
         is_source_ = true;
     }
     engine_->reproject(eye, picture);
@@ -71,8 +74,9 @@ public:
     }
     /// The window's share of such a pixel's colour: 1 within, 0 on the border and beyond.
     float share(PixelPosition p) const {
-        float inside = std::min(p.u, float(camera_.width) - p.u);
-        // Over a pole there is nothing to mix with.
+        // Where columns close, and over a pole, there is nothing to mix with.
+        const bool is_apart = camera_.range.closes() && !std::isnan(p.u);
+        float inside = is_apart ? mixed_px : std::min(p.u, float(camera_.width) - p.u);
         if (camera_.range.latitude_max < pi / 2 - pole_rad)
             inside = std::min(inside, p.v);
         if (camera_.range.latitude_min > pole_rad - pi / 2)

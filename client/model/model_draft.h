@@ -54,7 +54,6 @@ private:
     std::vector<std::uint32_t> points_;      ///< vertex of merged instances to vertex of merged_
     // Of the model built last:
     std::vector<std::uint32_t> source_instance_;  ///< by instance of the model; no_index: merged
-    std::vector<std::uint32_t> point_of_vertex_;  ///< vertex of the merged mesh to vertex of merged_
     std::vector<glm::uvec3> merged_triangles_;    ///< of the model, in vertices of merged_
     std::vector<std::uint32_t> new_material_;     ///< by material of the scene
     std::vector<std::uint32_t> new_object_;       ///< by object of the scene; no_index: not kept

@@ -80,7 +80,7 @@ double CpuPipeline::extrapolation_s(const ReceivedFrame& frame, const PipelineEy
 void CpuPipeline::offer(const ReceivedFrame& frame) {
     const auto add = [&](const ReceivedPicture& picture) {
         if (!picture.depth_m.empty())
-            depth_.planes->add(picture.info.camera, picture.info.camera_pose, picture.depth_m);
+            depth_.planes->add(picture.info.camera, picture.info.camera_pose, picture.depth_m.view());
     };
     add(frame.main);
     if (frame.right)
@@ -113,7 +113,7 @@ void CpuPipeline::choose_pictures(const ReceivedFrame& frame, PipelineEye& left,
 void CpuPipeline::cast_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                               PipelineTimes& times) {
     SourceDepths memory = std::exchange(depths_, {});
-    if (depth_.source == nullptr)
+    if (!takes_depth())
         return;
     const FrameInfo& main = frame.main.info;
     DepthNeeds needs;
@@ -219,7 +219,7 @@ void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, Pipeline
     choose_pictures(frame, left, right);
     times = {};
     auto start = Clock::now();
-    if (takes_depth())
+    if (takes_depth() && !(extrapolation_s > 0))
         set_frame_time(frame);
     cast_depths(frame, left, right, extrapolation_s, times);
     if (extrapolation_s > 0)
@@ -233,9 +233,10 @@ void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, Pipeline
                                                   : source_view(frame.main, depths_.main);
     reproject(frame, source, left, right);
     times.reproject = milliseconds_since(start);
-    for_both(left, right, [](PipelineEye& eye) {
-        find_gap_mask(eye.picture, eye.gaps);
-        eye.figures.pixels = std::int64_t(eye.gaps.samples().size());
+    for_both(left, right, [&](PipelineEye& eye) {
+        if (ways_.gap_masks)
+            find_gap_mask(eye.picture, eye.gaps);
+        eye.figures.pixels = std::int64_t(eye.picture.origin.samples().size());
         eye.figures.gaps = eye.picture.count(PixelOrigin::gap);
     });
     start = Clock::now();

@@ -20,7 +20,7 @@ struct PipelineEye {
     PerspectiveCamera camera;
     Pose pose;
     EyePicture picture;
-    ByteImage gaps;      ///< 255 where the engine left a gap, else 0
+    ByteImage gaps;      ///< where PipelineWays asks for it: 255 where the engine left a gap, else 0
     FloatImage depth_m;  ///< empty where nothing needed it
     EyeFigures figures;
     bool takes_right = false;  ///< it is made of the frame's right picture
@@ -48,7 +48,7 @@ struct PipelineWays {
     bool by_planes = true;  ///< depth that came with the frames is used, where the depth source hands it out
     std::string fill = default_fill;
     MirrorTreatment mirrors = MirrorTreatment::images;
-    bool reliability = false;
+    bool reliability = false, gap_masks = false;
 };
 
 /// One thread at a time; it uses all cores itself.

@@ -32,9 +32,6 @@ void EyeSteps::judge(const EyeView& eye, EyePicture& picture, const ReliabilityO
 
 namespace {
 
-/// "Current and previous", as the paper, and one more: at 30 frames a second the head has moved 3 cm in two.
-constexpr std::size_t kept_frames = 2;
-
 ImageView<const float> view_of(const FloatImage& image) {
     return image.empty() ? ImageView<const float>{} : image.view();
 }
@@ -91,9 +88,8 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     }
     earlier_views_.clear();
     earlier_bases_.clear();
-    for (const Earlier& earlier : earlier_)
-        if (counts_as_earlier(earlier.picture->info.time_s, frame.main.info.time_s))
-            show_earlier(earlier, nullptr);
+    if (earlier_ && counts_as_earlier(earlier_->time_s(), frame.main.info.time_s))
+        show_earlier(*earlier_, nullptr);
     if (frame.base)
         left_windows_.each_beside(frame.main.info.camera, frame.main.info.time_s,
                                   [&](const Earlier& window) { show_earlier(window, window.base.get()); });
@@ -121,7 +117,7 @@ void FrameFill::take_over(FrameFill& before) {
     if (&before == this)
         return;
     if (has_earlier_pass_) {
-        earlier_ = std::move(before.earlier_);
+        earlier_ = std::exchange(before.earlier_, std::nullopt);
         left_windows_ = std::move(before.left_windows_);
     }
     before.forget();
@@ -137,15 +133,13 @@ FloatImage FrameFill::leave(Earlier earlier) {
 
 void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base,
                          SourceDepths& depths) {
-    const bool is_kept = !earlier_.empty() && earlier_.front().picture == main;  // it was shown once more
+    const bool is_kept = earlier_ && earlier_->picture == main;  // it was shown once more
     if (!has_earlier_pass_ || depths.main.empty() || is_kept)
         return;
-    earlier_.push_front({std::move(main), std::move(base), std::exchange(depths.main, {})});
-    if (earlier_.size() <= kept_frames)
-        return;
-    Earlier oldest = std::move(earlier_.back());
-    earlier_.pop_back();
-    depths.main = leave(std::move(oldest));
+    std::optional<Earlier> before =
+        std::exchange(earlier_, Earlier{std::move(main), std::move(base), std::exchange(depths.main, {})});
+    if (before)
+        depths.main = leave(std::move(*before));
 }
 
 }  // namespace equistream

@@ -10,7 +10,6 @@
 #include <client/warp/engine.h>
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -79,8 +78,8 @@ public:
     /// Takes what there is of a frame, borrowed until the next one. Pictures have the sizes that they are tagged with.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown);
     FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(chain_, eye, picture); }
-    /// Keeps a frame's main picture for the frames to come, where a fill pass asks for it; `depths` gets the memory of
-    /// those that are kept no longer. `base`: the sphere around it, where it is a window; else null. Windows stay for
+    /// Keeps a frame's main picture for the next frame, where a fill pass asks for it; `depths` gets the memory of what
+    /// is kept no longer. `base`: the sphere around it, where it is a window; else null. Windows stay for
     /// longer once the gaze has left them.
     void remember(std::shared_ptr<const ReceivedPicture> main, std::shared_ptr<const ReceivedPicture> base,
                   SourceDepths& depths);
@@ -88,7 +87,7 @@ public:
     void take_over(FrameFill& before);
     /// As if no frame had been kept.
     void forget() {
-        earlier_.clear();
+        earlier_.reset();
         left_windows_.clear();
     }
 
@@ -107,7 +106,7 @@ private:
     FillChain chain_;
     bool has_earlier_pass_ = false;
     GeometryColour* geometry_;
-    std::deque<Earlier> earlier_;  ///< newest first
+    std::optional<Earlier> earlier_;
     LeftWindows<Earlier> left_windows_;
     // Views of the frame at hand.
     std::optional<SourceView> main_, base_, small_, hidden_;

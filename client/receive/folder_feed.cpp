@@ -115,12 +115,6 @@ private:
 
     fs::path file(const std::string& view, std::int64_t index) const { return folder_ / view / frame_file_name(index); }
 
-    /// A frame that was renamed, or is of another program's making, is the one that its name says, and as much later.
-    static void renumber(FrameInfo& info, std::int64_t index) {
-        info.time_s += double(index - info.index) / info.frames_per_second;
-        info.index = index;
-    }
-
     ReceivedPicture read(const std::string& view, std::int64_t index, bool with_colour) {
         const fs::path path = file(view, index);
         const auto start = Clock::now();
@@ -135,7 +129,7 @@ private:
             images != image_planes_.end() && with_colour && wants(*images_role))
             planes.insert(planes.end(), images->second.begin(), images->second.end());
         Frame frame = read_exr(path, planes);
-        renumber(frame.info, index);
+        number_as_named(frame.info, index);
         renders_.try_emplace(view, folder_ / view).first->second.require(path, frame.info);
         ReceivedPicture picture;
         picture.decode_ms = milliseconds_since(start);

@@ -16,7 +16,6 @@
 #include <array>
 #include <condition_variable>
 #include <cstdlib>
-#include <iterator>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -58,6 +57,40 @@ std::shared_ptr<asio::ssl::context> context_for(const ServerAddress& address) {
 
 }  // namespace
 
+/// Where a host name leads. Nobody waits for its thread: the system's look-up takes seconds, and cannot be broken off.
+class NameLookup {
+public:
+    using Done = std::function<void(const asio::error_code&, const std::vector<tcp::endpoint>&)>;
+
+    /// `done` runs in `io`, unless the look-up is destroyed before.
+    NameLookup(asio::io_context& io, const ServerAddress& address, Done done) : shared_(std::make_shared<Shared>()) {
+        shared_->io = &io;
+        std::thread([shared = shared_, address, done = std::move(done)] {
+            asio::io_context own;
+            asio::error_code error;
+            std::vector<tcp::endpoint> endpoints;
+            for (const auto& found : tcp::resolver(own).resolve(address.host, std::to_string(address.port), error))
+                endpoints.push_back(found.endpoint());
+            const std::lock_guard lock(shared->mutex);
+            if (shared->io != nullptr)
+                asio::post(*shared->io, [done, error, endpoints] { done(error, endpoints); });
+        }).detach();
+    }
+    ~NameLookup() {
+        const std::lock_guard lock(shared_->mutex);
+        shared_->io = nullptr;
+    }
+    NameLookup(const NameLookup&) = delete;
+    NameLookup& operator=(const NameLookup&) = delete;
+
+private:
+    struct Shared {
+        std::mutex mutex;
+        asio::io_context* io = nullptr;
+    };
+    std::shared_ptr<Shared> shared_;
+};
+
 /// The thread and what it shares.
 class ServerConnection::Line {
 public:
@@ -66,7 +99,7 @@ public:
     Line(const ServerAddress& address, const Patience& patience)
         : context_(context_for(address)), silence_s_(patience.silence_s), connect_s_(patience.connect_s),
           thread_([this] { io_.run(); }) {
-        asio::post(io_, [this, address] { resolve(address); });
+        asio::post(io_, [this, address] { look_up(address); });
     }
     ~Line() {
         io_.stop();
@@ -131,24 +164,21 @@ private:
 
     // From here on in the thread.
 
-    void resolve(const ServerAddress& address) {
-        if (address.scheme == Scheme::srt)
-            return udp_resolver_.async_resolve(
-                address.host, std::to_string(address.port),
-                [this](const asio::error_code& error, const asio::ip::udp::resolver::results_type& found) {
-                    if (error)
-                        return fail("a server", error);
-                    connect(found.begin(), share_of_patience * connect_s_ / double(found.size()));
-                });
-        resolver_.async_resolve(address.host, std::to_string(address.port),
-                                [this](const asio::error_code& error, const tcp::resolver::results_type& found) {
-                                    if (error)
-                                        return fail("a server", error);
-                                    connect(found);
-                                });
+    void look_up(const ServerAddress& address) {
+        const auto done = [this, is_srt = address.scheme == Scheme::srt](const asio::error_code& error,
+                                                                         const std::vector<tcp::endpoint>& found) {
+            found_ = found;
+            if (error)
+                fail("a server", error);
+            else if (is_srt)
+                connect_srt(0);
+            else
+                connect_tcp();
+        };
+        name_lookup_.emplace(io_, address, done);
     }
-    void connect(const tcp::resolver::results_type& found) {
-        asio::async_connect(socket_, found, [this](const asio::error_code& error, const tcp::endpoint&) {
+    void connect_tcp() {
+        asio::async_connect(socket_, found_, [this](const asio::error_code& error, const tcp::endpoint&) {
             if (error)
                 return fail("a server", error);
             prepare(socket_, silence_s_);
@@ -156,17 +186,19 @@ private:
         });
     }
     /// One address after the other, until a server answers.
-    void connect(const asio::ip::udp::resolver::results_type::iterator& candidate, double each_s) {
+    void connect_srt(std::size_t index) {
+        const asio::ip::udp::endpoint endpoint(found_[index].address(), found_[index].port());
+        const double each_s = share_of_patience * connect_s_ / double(found_.size());
         std::unique_ptr<Wire> wire;
         try {
-            wire = srt_wire(io_.get_executor(), candidate->endpoint(), context_, silence_s_, each_s);
+            wire = srt_wire(io_.get_executor(), endpoint, context_, silence_s_, each_s);
         } catch (const WorkError& error) {
             return change([&] { problem_ = {"a socket for SRT", error.what()}; });
         }
-        open(std::move(wire), [this, next = std::next(candidate), each_s] {
-            if (next == asio::ip::udp::resolver::results_type::iterator())
+        open(std::move(wire), [this, next = index + 1] {
+            if (next == found_.size())
                 return false;
-            connect(next, each_s);
+            connect_srt(next);
             return true;
         });
     }
@@ -235,11 +267,11 @@ private:
     double silence_s_, connect_s_;
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
-    tcp::resolver resolver_{io_};
-    asio::ip::udp::resolver udp_resolver_{io_};
     tcp::socket socket_{io_};
+    std::vector<tcp::endpoint> found_;
     std::unique_ptr<Wire> wire_;
     std::array<char, 1 << 16> chunk_{};
+    std::optional<NameLookup> name_lookup_;
     std::thread thread_;  // last: it begins when all else is there
 };
 

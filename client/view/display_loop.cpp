@@ -31,7 +31,10 @@ bool DisplayLoop::is_over() const {
 }
 
 void DisplayLoop::run() {
-    open(settings_);
+    if (settings_.source.empty())
+        began_ = Clock::now();
+    else
+        open(settings_);
     while (!is_over()) {
         take_inputs();
         if (opening_ && opening_->is_done())
@@ -119,7 +122,7 @@ void DisplayLoop::open_other(const std::string& source) {
     settings.shown = shown_;
     settings.paused = false;
     settings.requires_hdr = false;
-    if (KeptSettings::name_of(source) != KeptSettings::name_of(settings_.source)) {
+    if (!settings_.source.empty() && KeptSettings::name_of(source) != KeptSettings::name_of(settings_.source)) {
         settings.scene.reset();
         settings.truth.clear();
     }
@@ -133,10 +136,14 @@ void DisplayLoop::finish_opening() {
     try {
         show(opening->take());
     } catch (const std::exception& error) {
-        if (presenter_ == nullptr)
+        if (presenter_ == nullptr && !settings_.source.empty())
             throw;
         may_reopen_ = false;
-        presenter_->tell(error.what());
+        if (presenter_ != nullptr)
+            presenter_->tell(error.what());
+        else
+            problem_ = error.what();
+        inputs_.any = true;
     }
 }
 
@@ -164,9 +171,11 @@ void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
 
 void DisplayLoop::draw_without_picture() {
     const bool is_seen = inputs_.window.width > 0 && inputs_.window.height > 0;
-    if (is_seen && (inputs_.any || !face_.content().loading.empty() != (opening_ != nullptr))) {
+    if (is_seen && (inputs_.any || !is_drawn_ || !face_.content().loading.empty() != (opening_ != nullptr))) {
         FaceContent content;
         content.loading = opening_ ? opening_->name() : "";
+        content.warning = opening_ ? "" : problem_;
+        is_drawn_ = true;
         content.shown = shown_;
         content.recent = kept_.recent;
         face_.say(std::move(content));

@@ -25,8 +25,9 @@ public:
     DisplayLoop(const DisplayLoop&) = delete;
     DisplayLoop& operator=(const DisplayLoop&) = delete;
 
-    /// Until the window is closed, or it was told to end. Throws what opening the first source threw; what opening
-    /// another one throws is said in the window, and the one before goes on.
+    /// Until the window is closed, or it was told to end. Without a source the window waits for one. Throws what
+    /// opening the command line's source threw; what opening another one throws is said in the window, and the one
+    /// before goes on.
     void run();
     /// Of the source that was shown last.
     ViewerReport report();
@@ -54,13 +55,14 @@ private:
     WindowInputs window_inputs_;
     ViewInputs inputs_;
     std::unique_ptr<SourceOpening> opening_;
+    std::string problem_;             ///< why the last one could not be opened, where no other is shown
     std::optional<double> resume_s_;  ///< where the source that is being opened goes on
     ShownSettings shown_;             ///< as it was last
     KeptSettings kept_;
     std::unique_ptr<WatchedSource> source_;
     std::unique_ptr<Presenter> presenter_;  ///< null: no source was opened yet; gone before its source
     std::optional<Clock::time_point> began_;
-    bool quit_ = false, may_reopen_ = true;
+    bool quit_ = false, may_reopen_ = true, is_drawn_ = false;
 };
 
 }  // namespace equistream

@@ -119,6 +119,10 @@ void KeptSettings::remember(const std::string& source) {
     const std::string name = name_of(source);
     if (!is_utf8(name) || name.size() > max_recent_bytes)
         return;
+    insert(name);
+}
+
+void KeptSettings::insert(const std::string& name) {
     std::erase(recent, name);
     recent.insert(recent.begin(), name);
     if (recent.size() > max_recent)
@@ -143,16 +147,25 @@ fs::path kept_settings_file() {
     return config.empty() ? config : config / "equistream" / "view.json";
 }
 
-ReadSettings read_kept_settings(const fs::path& file) {
-    ReadSettings read;
+namespace {
+
+/// Not an object where the file is damaged, cannot be read, or holds more than settings.
+json json_in(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
-    std::error_code error;
-    if (!stream && !fs::exists(file, error) && !error)
-        return read;
     std::string text(max_file_bytes + 1, '\0');
     stream.read(text.data(), std::streamsize(text.size()));
     text.resize(std::size_t(stream.gcount()));
-    const json all = !stream.is_open() || text.size() > max_file_bytes ? json() : json::parse(text, nullptr, false);
+    return !stream.is_open() || text.size() > max_file_bytes ? json() : json::parse(text, nullptr, false);
+}
+
+}  // namespace
+
+ReadSettings read_kept_settings(const fs::path& file) {
+    ReadSettings read;
+    std::error_code error;
+    if (!fs::exists(file, error) && !error)
+        return read;
+    const json all = json_in(file);
     if (!all.is_object()) {
         read.note = expected_found(file.string(), "settings of the viewer in JSON", "something else") +
                     "; it starts with defaults, and the file stays as it is";
@@ -168,15 +181,28 @@ ReadSettings read_kept_settings(const fs::path& file) {
     return read;
 }
 
-void write_kept_settings(const fs::path& file, const KeptSettings& kept) {
-    nlohmann::ordered_json all;
-    all["settings"] = kept.values;
-    if (kept.window)
+void write_kept_settings(const fs::path& file, const KeptSettings& kept, const KeptSettings& was) {
+    json all = json_in(file);
+    if (!all.is_object())
+        all = json::object();
+    if (!all["settings"].is_object())
+        all["settings"] = json::object();
+    for (const auto& [name, value] : kept.values)
+        if (const auto before = was.values.find(name); before == was.values.end() || before->second != value)
+            all["settings"][name] = value;
+    if (kept.window && kept.window != was.window)
         all["window"] = {{"left", kept.window->left},
                          {"top", kept.window->top},
                          {"width", kept.window->width},
                          {"height", kept.window->height}};
-    all["recent"] = kept.recent;
+    KeptSettings merged;
+    Reader(all).read_recent(merged.recent);
+    for (std::size_t i = kept.recent.size(); i-- > 0;) {
+        const bool was_last = !was.recent.empty() && was.recent.front() == kept.recent[i];
+        if (i == 0 ? !was_last : !std::ranges::count(was.recent, kept.recent[i]))
+            merged.insert(kept.recent[i]);
+    }
+    all["recent"] = merged.recent;
     std::error_code error;
     fs::create_directories(file.parent_path(), error);  // what is wrong with it, writing says
     write_file_atomically(file, json_text(all, 2) + "\n");

@@ -32,6 +32,8 @@ struct KeptSettings {
     /// Remembers the values of rows that differ between the two.
     void keep_changes(const ShownSettings& before, const ShownSettings& after);
     void remember(const std::string& source);
+    /// Remembers what name_of gave.
+    void insert(const std::string& name);
     /// As `recent` has it.
     static std::string name_of(const std::string& source);
     /// What was kept goes into `shown`.
@@ -49,7 +51,8 @@ struct ReadSettings {
 /// What cannot be read, or is not known, is left out; a file that is not there has nothing.
 ReadSettings read_kept_settings(const std::filesystem::path& file);
 
-/// The file is whole at any time. Throws WorkError.
-void write_kept_settings(const std::filesystem::path& file, const KeptSettings& kept);
+/// Changes in the file what differs from `was`, as this viewer read or wrote it last. What another viewer has written
+/// since stays, and so does what this version does not know. The file is whole at any time. Throws WorkError.
+void write_kept_settings(const std::filesystem::path& file, const KeptSettings& kept, const KeptSettings& was = {});
 
 }  // namespace equistream

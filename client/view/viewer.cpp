@@ -51,7 +51,7 @@ gl::Size first_size(const ViewerSettings& settings) {
 
 }  // namespace
 
-Viewer::Viewer(const ViewerSettings& settings) : settings_(settings), kept_(settings.kept) {
+Viewer::Viewer(const ViewerSettings& settings) : settings_(settings), kept_(settings.kept), written_(settings.kept) {
     const std::string title = "equistream: " + without_secrets(settings.source);
     const std::optional<DesktopPlace>& place = kept_.window;
     if (place && !settings.size && settings.truth.empty())
@@ -111,7 +111,7 @@ void Viewer::write_kept() {
         return;
     try {
         kept_.window = window_->place();
-        write_kept_settings(settings_.kept_in, kept_);
+        write_kept_settings(settings_.kept_in, kept_, std::exchange(written_, kept_));
     } catch (const std::exception& error) {
         std::fprintf(stderr, "settings are not kept: %s\n", error.what());
         may_write_ = false;

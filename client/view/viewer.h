@@ -25,7 +25,8 @@ private:
     HeldActions held() const;
 
     ViewerSettings settings_;
-    KeptSettings kept_;  ///< as they are to be written
+    KeptSettings kept_;     ///< as they are to be written
+    KeptSettings written_;  ///< as they were read or written last
     bool may_write_ = true;
     std::unique_ptr<Window> window_;
     InputBox box_;

@@ -13,6 +13,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace equistream {
 
@@ -35,13 +36,17 @@ public:
             lattice_.emplace(source.camera, source.depth_m);
     }
     void reproject(const EyeView& eye, EyePicture& picture) const override {
-        picture.reset(eye.camera);
+        FloatImage depth_m = std::exchange(picture.depth_m, {});
+        picture.size_for(eye.camera);
         if (same_position(source_.pose, eye.pose)) {
             turn(eye, picture);
             return;
         }
         const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.budget_px_of(name_));
-        FloatImage depth_m(eye.camera.width, eye.camera.height, 1, nothing_found);
+        if (depth_m.width() != eye.camera.width || depth_m.height() != eye.camera.height)
+            depth_m = FloatImage(eye.camera.width, eye.camera.height, 1);
+        tbb::parallel_for(0, eye.camera.height,
+                          [&](int y) { std::fill_n(depth_m.pixel(0, y), eye.camera.width, nothing_found); });
         if (is_proxy())
             find_on_proxy_sphere(source_, eye, proxy_radius_m_, depth_m);
         else

@@ -134,7 +134,11 @@ private:
         for (int block_x = 0; block_x < task_.lattice.block_columns(); ++block_x) {
             const int first = std::max(task_.lattice.first_column() + block_x * LatticeBlock::side, 0);
             const int last = std::min(first + LatticeBlock::side, task_.lattice.width()) - 1;
-            order.emplace_back(-std::max(order_.earliness(first), order_.earliness(last)), block_x);
+            // The latest of its columns counts: what an epipole is in goes last, however far it reaches.
+            double key = order_.earliness(first);
+            for (int x = first + 1; x <= last; ++x)
+                key = std::min(key, order_.earliness(x));
+            order.emplace_back(-key, block_x);
         }
         std::ranges::sort(order);
         std::vector<int> columns;

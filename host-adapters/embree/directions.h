@@ -74,15 +74,18 @@ inline glm::vec2 sample_triangle(const glm::vec2& u) {
 }
 
 /// `p` moved off the surface to the side of `n` by a distance that follows p's own rounding error (Waechter and
-/// Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems 2019).
-inline glm::vec3 offset_origin(const glm::vec3& p, const glm::vec3& n) {
-    constexpr float near_zero = 1.0f / 32, float_scale = 1.0f / 65536, int_scale = 256;
+/// Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems 2019). A point that was found
+/// along a ray, `reach` from its origin, has the error of that distance besides.
+inline glm::vec3 offset_origin(const glm::vec3& p, const glm::vec3& n, float reach) {
+    constexpr float near_zero = 1.0f / 32, float_scale = 1.0f / 65536, int_scale = 256, reach_scale = 0x1p-21f;
     glm::vec3 moved;
     for (int axis = 0; axis < 3; ++axis) {
         const auto steps = static_cast<std::int32_t>(int_scale * n[axis]);
         const auto bits = std::bit_cast<std::int32_t>(p[axis]);
         const float by_ulps = std::bit_cast<float>(bits + (p[axis] < 0 ? -steps : steps));
-        moved[axis] = std::abs(p[axis]) < near_zero ? p[axis] + float_scale * n[axis] : by_ulps;
+        const float by_size = std::abs(p[axis]) < near_zero ? p[axis] + float_scale * n[axis] : by_ulps;
+        const float by_reach = p[axis] + reach_scale * reach * n[axis];
+        moved[axis] = n[axis] > 0 ? std::max(by_size, by_reach) : std::min(by_size, by_reach);
     }
     return moved;
 }

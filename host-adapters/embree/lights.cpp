@@ -125,9 +125,10 @@ void scale_pixels(FloatImage& image, const glm::vec3& scale) {
 FloatImage halve(const FloatImage& image) {
     FloatImage half(std::max(1, image.width() / 2), std::max(1, image.height() / 2), 3);
     tbb::parallel_for(0, half.height(), [&](int y) {
-        const int y0 = y * image.height() / half.height(), y1 = (y + 1) * image.height() / half.height();
+        const auto part = [](std::int64_t i, int count, int of) { return static_cast<int>(i * of / count); };
+        const int y0 = part(y, half.height(), image.height()), y1 = part(y + 1, half.height(), image.height());
         for (int x = 0; x < half.width(); ++x) {
-            const int x0 = x * image.width() / half.width(), x1 = (x + 1) * image.width() / half.width();
+            const int x0 = part(x, half.width(), image.width()), x1 = part(x + 1, half.width(), image.width());
             glm::dvec3 sum{0};
             double weights = 0;
             for (int sy = y0; sy < y1; ++sy) {

@@ -75,7 +75,7 @@ public:
             if (material.thin_glass) {
                 const auto surface = surface_parameters(material, point, 0, glm::vec3(0.5f), textures_);
                 passed *= luminance(straight_transmittance(surface, std::abs(glm::dot(point.normal, direction))));
-                origin = offset_origin(point.position, -point.geometric_normal);
+                origin = offset_origin(point.position, -point.geometric_normal, point.reach);
                 continue;
             }
             if (count == path.size())
@@ -91,7 +91,7 @@ public:
             record.direction = pack_direction(direction);
             record.cosine = cosine;
             record.weight = cosine / pi_f / pdf(point, direction, cosine);
-            origin = offset_origin(point.position, point.geometric_normal);
+            origin = offset_origin(point.position, point.geometric_normal, point.reach);
             passed = 1;
         }
     }
@@ -235,7 +235,7 @@ void find_openings(const TracedScene& scene, std::span<const SkyRecord> records,
     for_each_index(places.size(), threads, [&] {
         return [&, threshold = std::make_unique<Threshold>(scene)](std::size_t k) {
             const SkyRecord& r = records[lit[k * step]];
-            const glm::vec3 from = offset_origin(r.position, unpacked(r.normal));
+            const glm::vec3 from = offset_origin(r.position, unpacked(r.normal), 0);
             if (threshold->find(from, unpacked(r.direction), places[k].at))
                 places[k].light = static_cast<float>(step) * r.weight * r.light;
         };

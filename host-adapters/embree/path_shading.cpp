@@ -132,8 +132,9 @@ void Worker::sample_lights(std::uint32_t index, const ShadingPoint& point, const
 
 void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
     const SunLight& sun = *scene_.lights.sun;
-    if (glm::dot(sun.towards, point.geometric_normal) <= 0)
-        return;
+    const float sine = std::sqrt(sun.one_minus_cos * (2 - sun.one_minus_cos));
+    if (glm::dot(sun.towards, point.geometric_normal) <= -sine)
+        return;  // all of its disc is behind
     Path& path = paths_[index];
     const glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::sun);
     const glm::vec3 direction = sun.frame.to_world(sample_cone(u, sun.one_minus_cos));
@@ -144,7 +145,9 @@ void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bs
         path.throughput * scattered.value * sun.radiance * (power_heuristic(sun.pdf, scattered.pdf) / sun.pdf);
     if (largest(contribution) > 0)
         shadow_rays_.push_back(
-            {{offset_origin(point.position, point.geometric_normal), direction, infinity}, contribution, index});
+            {{offset_origin(point.position, point.geometric_normal, point.reach), direction, infinity},
+             contribution,
+             index});
 }
 
 void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
@@ -183,7 +186,9 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
                                    (power_heuristic(pdf, scattered.pdf) / (pdf * likely));
     if (largest(contribution) > 0)
         shadow_rays_.push_back(
-            {{offset_origin(point.position, point.geometric_normal), direction, infinity}, contribution, index});
+            {{offset_origin(point.position, point.geometric_normal, point.reach), direction, infinity},
+             contribution,
+             index});
 }
 
 void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf,
@@ -197,7 +202,7 @@ void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, cons
     if (emitter.cut_away)
         return;
     const ShadingMaterial& material = scene_.shading.material(emitter.material);
-    const glm::vec3 origin = offset_origin(point.position, point.geometric_normal);
+    const glm::vec3 origin = offset_origin(point.position, point.geometric_normal, point.reach);
     const glm::vec3 across = emitter.position - origin;
     const float distance2 = glm::dot(across, across);
     if (!(distance2 > 0))
@@ -233,7 +238,7 @@ bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, co
         return false;
     path.throughput *= s.weight;
     if (s.kind == BsdfSample::Kind::straight) {
-        path.origin = offset_origin(point.position, -point.geometric_normal);
+        path.origin = offset_origin(point.position, -point.geometric_normal, point.reach);
         return true;
     }
     if (path.bounces >= scene_.options.max_bounces)
@@ -241,7 +246,7 @@ bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, co
     path.direction = glm::normalize(frame.to_world(s.direction));
     if (glm::dot(path.direction, point.geometric_normal) <= 0)
         return false;
-    path.origin = offset_origin(point.position, point.geometric_normal);
+    path.origin = offset_origin(point.position, point.geometric_normal, point.reach);
     path.scatter_distance = 0;
     const bool rough = s.kind == BsdfSample::Kind::rough;
     path.next_event_done = rough && scene_.options.next_event;

@@ -101,6 +101,7 @@ ShadingPoint ShadingScene::surface_at(const HitId& hit, const glm::vec3& origin,
     const float w = 1 - hit.u - hit.v;
     ShadingPoint p;
     p.position = origin + distance * direction;
+    p.reach = distance;
     const glm::vec3 wound = glm::normalize(instance.normal_from_object * unpack_direction(t.geometric_normal));
     p.geometric_normal = facing(wound, -direction);
     // glTF: a mirroring transform reverses the winding that faces the front.

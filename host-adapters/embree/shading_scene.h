@@ -20,6 +20,7 @@ struct ShadingPoint {
     glm::vec2 uv{0};
     float uv_per_metre = 0;  ///< texture coordinates per metre on the surface
     std::uint32_t material = 0;
+    float reach = 0;    ///< of the ray that found it
     bool front = true;  ///< seen from the side that counter-clockwise winding faces
 };
 

@@ -54,7 +54,7 @@ private:
         const glm::vec3 direction = to_glm(pencil_.direction);
         const auto lobe = sharp_lobe(worker_, scene_.shading, point, direction, length_m_ * spread_rad_);
         if (lobe == BsdfSample::Kind::straight)
-            origin_ = offset_origin(point.position, -point.geometric_normal);
+            origin_ = offset_origin(point.position, -point.geometric_normal, point.reach);
         if (lobe != BsdfSample::Kind::mirror)
             return lobe == BsdfSample::Kind::straight;
         const glm::vec3 mirrored = glm::reflect(direction, point.normal);
@@ -65,7 +65,7 @@ private:
         for (int i = 0; i < Pencil<double>::count; ++i)
             bend[i] = from_glm(scene_.shading.normal_change(hit.id, point, to_glm(pencil_.position[i])));
         pencil_.reflect(from_glm(point.normal), bend);
-        origin_ = offset_origin(point.position, point.geometric_normal);
+        origin_ = offset_origin(point.position, point.geometric_normal, point.reach);
         return true;
     }
 

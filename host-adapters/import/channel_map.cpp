@@ -94,8 +94,8 @@ std::vector<Layer> layers_of(const std::vector<const ForeignExr*>& files, const 
     std::vector<Layer> layers;
     for (std::size_t set = 0; set < files.size(); ++set)
         for (const ForeignChannel& channel : files[set]->channels()) {
-            if (channel.view != view)
-                continue;
+            if (channel.view != view && !channel.view.empty())
+                continue;  // what names no view is every view's
             const std::size_t dot = channel.plain.rfind('.');
             std::string name = dot == std::string::npos ? "" : channel.plain.substr(0, dot);
             // One file an AOV: the file's own name is its layer's.

@@ -30,9 +30,10 @@ double depth_tolerance_w(const std::optional<DepthCodeInfo>& code) {
     return code ? std::sin(quantisation_bound_rad(*make_depth_code(code->code), code->range)) : 0;
 }
 
-DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, double focal_length_px) {
+DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, bool has_empty,
+                       double focal_length_px) {
     assert(box_radius_m > 0 && focal_length_px > 0);
-    DepthRange range{box_radius_m, 0, false};
+    DepthRange range{box_radius_m, 0, has_empty};
     // Half a step may be no more than the budget; without a step there is nothing to hold but that near is outside.
     const int levels = std::max(code.levels(range), 1);
     const double max_w = code.levels(range) == 0 ? 1 : 2 * levels * error_budget_rad(focal_length_px);
@@ -44,10 +45,10 @@ DepthRange depth_range(const DepthCode& code, double box_radius_m, double neares
     return range;
 }
 
-DepthCodeId code_for_bound(double box_radius_m, double nearest_m, double focal_length_px) {
+DepthCodeId code_for_bound(double box_radius_m, double nearest_m, bool has_empty, double focal_length_px) {
     for (const DepthCodeId id : {DepthCodeId::w8, DepthCodeId::w10}) {
         const auto code = make_depth_code(id);
-        const DepthRange range{box_radius_m, std::max(nearest_m, std::nextafter(box_radius_m, HUGE_VAL)), false};
+        const DepthRange range{box_radius_m, std::max(nearest_m, std::nextafter(box_radius_m, HUGE_VAL)), has_empty};
         if (quantisation_bound_rad(*code, range) <= default_budget_share * error_budget_rad(focal_length_px))
             return id;
     }

@@ -15,7 +15,7 @@ exr_attr_rational_t rational_rate(double frames_per_second) {
     for (const int denominator : {1, 1001}) {
         const double scaled = frames_per_second * denominator;
         const double numerator = denominator == 1 ? std::round(scaled) : 1000 * std::round(scaled / 1000);
-        if (std::abs(scaled - numerator) < 1e-6 * scaled && numerator < 2e9)
+        if (std::abs(scaled - numerator) < 2e-6 * scaled && numerator < 2e9)
             return {static_cast<std::int32_t>(numerator), static_cast<std::uint32_t>(denominator)};
     }
     const double limited = std::min(frames_per_second, 2000.0);

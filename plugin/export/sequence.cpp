@@ -368,6 +368,11 @@ std::string frame_file_name(std::int64_t index, const std::string& extension) {
     return std::string(prefix) + digits + "." + extension;
 }
 
+void number_as_named(FrameInfo& info, std::int64_t index) {
+    info.time_s += double(index - info.index) / info.frames_per_second;
+    info.index = index;
+}
+
 std::vector<std::int64_t> list_frames(const std::filesystem::path& folder, const std::string& extension) {
     std::error_code error;
     std::filesystem::directory_iterator entries(folder, error);

@@ -1,6 +1,10 @@
 #include "gap_samples.h"
 
+#include <equistream/error.h>
+
 #include <tbb/parallel_for.h>
+
+#include <limits>
 
 namespace equistream {
 namespace {
@@ -102,6 +106,11 @@ void append_gap_samples(const DepthSphere& eye, const DepthSphere& centre, std::
     tbb::parallel_for(0, count, [&](int i) { gaps.look_along(i * rule.stride, rows[static_cast<std::size_t>(i)]); });
     if (samples.first.empty())
         samples.first.push_back(0);
+    std::size_t all = samples.blocks.size();
+    for (const Row& row : rows)
+        all += row.blocks.size();
+    if (all > std::numeric_limits<std::uint32_t>::max())
+        throw WorkError("patches: more gaps than can be counted; a smaller sphere has fewer");
     for (const Row& row : rows) {
         samples.weight.insert(samples.weight.end(), row.weight.begin(), row.weight.end());
         samples.blocks.insert(samples.blocks.end(), row.blocks.begin(), row.blocks.end());

@@ -82,7 +82,7 @@ Rgb hsv(double hue_turns, double saturation, double value) {
 
 void store(std::uint8_t* to, const Rgb& colour) {
     for (std::size_t c = 0; c < 3; ++c)
-        to[c] = static_cast<std::uint8_t>(std::clamp(colour[c], 0.0, 1.0) * 255 + 0.5);
+        to[c] = colour[c] > 0 ? static_cast<std::uint8_t>(std::min(colour[c], 1.0) * 255 + 0.5) : 0;  // NaN: black
 }
 
 /// Calls `colour(sample pointer)` for each pixel of a plane.

@@ -22,6 +22,9 @@ namespace equistream {
 
 namespace {
 
+/// libavformat keeps a fragment until it is whole: 2 GiB of a track at most, and a box holds 4 GiB.
+constexpr std::int64_t most_fragment_bytes = std::int64_t{1} << 30;
+
 struct WrittenTrack {
     WrittenTrack(const StreamSettings& settings, const TrackSettings& track, bool global_header)
         : role(track.role), codec(track.codec(settings.codec)), encoder(settings, track, global_header) {}
@@ -201,8 +204,10 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
 void StreamWriter::State::write_header() {
     av::Options options;
     // Written front to back, playable up to any cut: a fragment per group of pictures can be read without what follows.
-    if (is_mp4())
+    if (is_mp4()) {
         options.set("movflags", "frag_keyframe+empty_moov+default_base_moof");
+        options.set("frag_size", std::to_string(most_fragment_bytes));
+    }
     check(avformat_init_output(format.get(), options.taken()), "preparing the container");
     options.require_all_taken(std::string("the container ") + container.muxer + " of this libavformat");
     if (is_mp4() && settings.tracks.front().role == TrackRole::main &&

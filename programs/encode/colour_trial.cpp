@@ -30,7 +30,7 @@ std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) 
          {std::vector<std::string>{"colour", "reference", "reference_repeat"}, {"colour"}})
         try {
             Frame frame = read_exr(file, planes);
-            frame.info.index = sources.frames[position];
+            number_as_named(frame.info, sources.frames[position]);
             return frame.planes.contains("colour") ? std::optional(std::move(frame)) : std::nullopt;
         } catch (const InputError&) {
             // The plane is missing, or the file is broken.

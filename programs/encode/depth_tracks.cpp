@@ -114,7 +114,7 @@ std::optional<DepthTrack> plan_images(const SourceTrack& source, const DepthRequ
     const Extent extent = extent_of_some(track, sources.frames, beside.settings.gop);
     if (!extent.has_surface)
         return std::nullopt;
-    track.code = code_for_bound(track.box_radius_m, extent.nearest_m, default_focal_length_px);
+    track.code = code_for_bound(track.box_radius_m, extent.nearest_m, extent.has_empty, default_focal_length_px);
     return track;
 }
 
@@ -185,10 +185,8 @@ DepthRange DepthRanges::of(std::size_t position, const DepthWay& way) {
         group_ = group;
     }
     const double budgets = way.halved ? halved_budgets : 1;
-    DepthRange range =
-        depth_range(*make_depth_code(way.code), track_.box_radius_m, nearest_m_, track_.focal_length_px / budgets);
-    range.has_empty = has_empty_;
-    return range;
+    return depth_range(*make_depth_code(way.code), track_.box_radius_m, nearest_m_, has_empty_,
+                       track_.focal_length_px / budgets);
 }
 
 DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
@@ -217,10 +215,12 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
             throw InputError(expected_found(source.folder.string(),
                                             "eyes that may leave the sphere's centre, for depth to be of use",
                                             "no distance between the eyes and no lean"));
-        track.code = automatic ? code_for_bound(track.box_radius_m,
-                                                extent_of_some(track, sources.frames, beside.settings.gop).nearest_m,
-                                                focal_length_px)
-                               : make_depth_code(request.code)->id();
+        if (automatic) {
+            const Extent extent = extent_of_some(track, sources.frames, beside.settings.gop);
+            track.code = code_for_bound(track.box_radius_m, extent.nearest_m, extent.has_empty, focal_length_px);
+        } else {
+            track.code = make_depth_code(request.code)->id();
+        }
         if (role == TrackRole::hidden_depth && track.code != DepthCodeId::lossless &&
             has_depth(sources.tracks.front(), sources.frames.front()))
             track.main_folder = sources.tracks.front().folder;

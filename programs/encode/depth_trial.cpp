@@ -38,7 +38,7 @@ struct TrialFrames {
         for (std::size_t i = range.first; i < range.last; ++i) {
             const fs::path file = track.source.folder / frame_file_name(frames[i]);
             Frame frame = read_exr(file, planes);
-            frame.info.index = frames[i];
+            number_as_named(frame.info, frames[i]);
             distances_m.push_back(distances_to_code(track, frame, file));
             infos.push_back(frame.info);
         }
@@ -56,6 +56,9 @@ public:
     /// The first of `tracks` is the one that is judged by its pixels.
     Trials(std::span<const DepthTrack> tracks, const Beside& beside)
         : settings_(beside.settings), colour_bytes_(beside.colour.get().bytes) {
+        if (!(colour_bytes_ > 0))
+            throw InputError(expected_found(beside.sources.looked_at().folder.string(),
+                                            "colour in the middle frames, whose bits depth is measured by", "none"));
         for (const DepthTrack& track : tracks)
             frames_.emplace_back(track, beside.sources.frames, settings_.gop);
         settings_.pictures = std::uint32_t(frames_.front().infos.size());

@@ -107,10 +107,10 @@ EncodeRequest request_of(const Options& options) {
     return request;
 }
 
-/// A coded stream on standard output has it for itself.
+/// A coded stream on standard output has it for itself. As libav takes it: what is no number is standard output.
 bool is_standard_output(const std::string& target) {
-    return target == "pipe:" || target == "pipe:1" || target == "/dev/stdout" || target == "/dev/fd/1" ||
-           target == "/proc/self/fd/1";
+    constexpr std::string_view scheme = "pipe:";
+    return target.starts_with(scheme) && parsed_number(target.substr(scheme.size())).value_or(1) == 1;
 }
 
 void run(const Options& options) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <map>
 
 namespace equistream {
 
@@ -51,7 +52,7 @@ class DepthWriter {
 public:
     DepthWriter(const DepthPlan& plan, const std::vector<std::int64_t>& frames, int gop) : plan_(plan) {
         for (const DepthTrack& track : plan.tracks)
-            written_.push_back({DepthRanges(track, frames, gop), {}, 0, 0});
+            written_.push_back({.ranges = DepthRanges(track, frames, gop)});
     }
 
     /// What goes with `picture`.
@@ -64,7 +65,7 @@ public:
             if (!written.first)
                 written.first = range;
             if (track->code != DepthCodeId::lossless)
-                written.clamped_pixels +=
+                written.clamped_pixels[distances_role(picture, *track)] +=
                     std::ranges::count_if(distances_m.samples(), [&](float r) { return r < float(range.near_m); });
             FrameInfo info = picture.info;
             info.depth_code = DepthCodeInfo{track->code, range, 0};
@@ -78,16 +79,17 @@ public:
             if (&plan_.tracks[i] == &track) {
                 encoded.range = written_[i].first;
                 encoded.bound_rad = written_[i].bound_rad;
-                encoded.clamped_pixels = written_[i].clamped_pixels;
+                const auto clamped = written_[i].clamped_pixels.find(encoded.settings.role);
+                encoded.clamped_pixels = clamped == written_[i].clamped_pixels.end() ? 0 : clamped->second;
             }
     }
 
 private:
     struct Written {
         DepthRanges ranges;
-        std::optional<DepthRange> first;
+        std::optional<DepthRange> first{};
         double bound_rad = 0;
-        std::int64_t clamped_pixels = 0;
+        std::map<TrackRole, std::int64_t> clamped_pixels{};  ///< of tiles and of the base around them
     };
     const DepthPlan& plan_;
     std::vector<Written> written_;  // as the plan's tracks
@@ -207,7 +209,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         if (i + 1 < frames.size())
             next = std::async(std::launch::async,
                               [&, index = frames[i + 1]] { return read_frame(request.sources, plan, index, coding); });
-        for (const Picture& picture : to_code) {
+        const auto code = [&](const Picture& picture) {
             const auto began = Clock::now();
             FrameInfo info = picture.info;
             if (picture.role == looked_at)
@@ -221,6 +223,11 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
             report.display_ms += picture.display_ms;
             report.motion_ms += picture.motion_ms;
             report.not_finite_samples += picture.not_finite_samples;
+        };
+        try {
+            std::ranges::for_each(to_code, code);
+        } catch (const InputError& error) {  // a later frame of this group, whose depths' range is looked for
+            throw WorkError(error.what() + kept);
         }
         progress(i + 1);
         try {

@@ -53,6 +53,13 @@ const Judgement& judgement_of(const DepthTrial& trial) {
     return *std::ranges::find_if(judgements, [&](const Judgement& j) { return trial.within >= j.min_within; });
 }
 
+/// Whether its depth is what was tried: of what eyes look at.
+bool was_tried(const EncodedTrack& track, const EncodeReport& report) {
+    const bool has_windows = std::ranges::any_of(
+        report.tracks, [](const EncodedTrack& other) { return other.settings.role == TrackRole::window; });
+    return report.trial && track.settings.role == (has_windows ? TrackRole::window_depth : TrackRole::depth);
+}
+
 /// What was chosen for a depth track and what that costs.
 nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report) {
     nlohmann::json json = {{"code", depth_code_name(*track.settings.depth_code)},
@@ -62,7 +69,7 @@ nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report)
                            {"bound_in_budgets", track.bound_rad / error_budget_of_stream_rad()},
                            {"clamped_pixels", track.clamped_pixels},
                            {"crf", cli::or_null(track.settings.crf)}};
-    if (report.trial && track.settings.role == TrackRole::depth)
+    if (was_tried(track, report))
         json["trial"] = {{"frames", report.trial->frames},
                          {"share_of_colour", report.trial->share()},
                          {"share_allowed", report.trial->allowed},
@@ -92,7 +99,7 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
     if (track.settings.depth_code != DepthCodeId::lossless && track.settings.crf)
         text += formatted(", CRF %g", *track.settings.crf);
     text += "\n";
-    if (report.trial && track.settings.role == TrackRole::depth)
+    if (was_tried(track, report))
         text += trial_text(*report.trial);
     if (track.clamped_pixels > 0)
         text += formatted("        %lld pixels lay nearer and were coded as %.3f m\n",

@@ -83,8 +83,7 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
                 planes.push_back(plane);
     Frame frame = read_exr(file, planes);
     picture.read_ms = milliseconds_since(start);
-    const auto colour = frame.planes.find("colour");
-    cli::require(colour != frame.planes.end(), file.string(), "channels R, G and B", "none");
+    const FloatImage& colour = frame.planes.at("colour");
     if (finds_motion) {
         start = Clock::now();
         picture.motion = find_motion(track.folder, frame, index);
@@ -93,13 +92,13 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     for (const DepthTrack* distances : tracks)
         picture.distances_m.emplace_back(distances, distances_to_code(*distances, frame, file));
     picture.info = frame.info;
-    picture.info.index = index;  // a foreign file has its number in its name only
+    number_as_named(picture.info, index);
     start = Clock::now();
     picture.not_finite_samples =
-        std::ranges::count_if(colour->second.samples(), [](float value) { return !std::isfinite(value); });
-    coding(colour->second.view(), frame.info.exposure, picture);
+        std::ranges::count_if(colour.samples(), [](float value) { return !std::isfinite(value); });
+    coding(colour.view(), frame.info.exposure, picture);
     if (plan.tiles && track.role == TrackRole::main)
-        picture.base = std::make_shared<Picture>(base_of(picture, colour->second, plan.tiles->base_columns, coding));
+        picture.base = std::make_shared<Picture>(base_of(picture, colour, plan.tiles->base_columns, coding));
     picture.display_ms = milliseconds_since(start);
     return picture;
 }
@@ -219,7 +218,9 @@ void SourceRenders::check(const std::vector<Picture>& pictures) {
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         const FrameInfo& info = pictures[i].info;
         renders_[i].require(sources_.tracks[i].folder / frame_file_name(info.index), info);
-        check_companion(sources_.tracks[0].folder, main.info, sources_.tracks[i].folder, info, ", or use --fill none");
+        check_companion(sources_.tracks[0].folder, main.info, sources_.tracks[i].folder, info,
+                        pictures[i].role == TrackRole::window ? ", or encode its folder alone"
+                                                              : ", or use --fill none");
     }
     if (!main.right_info)
         return;
@@ -248,8 +249,9 @@ FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame,
             continue;
         // Where there is no frame, motion was made with a camera that rests, or with one that nobody knows.
         const FrameInfo there = read_exr_info(beside);
-        planes.neighbours.push_back(
-            {there.camera_pose, there.time_s - frame.info.time_s, frame.planes.find(name)->second.view()});
+        const double later_s = there.time_s - frame.info.time_s;
+        if (later_s * step > 0)  // a frame may be held: then both are of one moment
+            planes.neighbours.push_back({there.camera_pose, later_s, frame.planes.find(name)->second.view()});
     }
     return planes.neighbours.empty() ? FoundMotion{} : find_moving_regions(planes);
 }

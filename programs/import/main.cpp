@@ -31,14 +31,12 @@ void require(bool good, const char* option, const char* expected, double found) 
 
 /// "-90,90,-90,90": longitudes, then latitudes, in degrees.
 LongitudeLatitudeRange parse_range(const std::string& text) {
+    const std::vector<std::string_view> words = split_at_commas(text);
     std::vector<double> degrees;
-    for (const std::string_view word : split_at_commas(text)) {
+    for (const std::string_view word : words)
         if (const auto value = parsed_number(word))
             degrees.push_back(*value);
-        else
-            degrees.clear();
-    }
-    const bool right = degrees.size() == 4 && degrees[0] < degrees[1] && degrees[2] < degrees[3] &&
+    const bool right = words.size() == 4 && degrees.size() == 4 && degrees[0] < degrees[1] && degrees[2] < degrees[3] &&
                        degrees[0] >= -360 && degrees[1] <= 360 && degrees[1] - degrees[0] <= 360 && degrees[2] >= -90 &&
                        degrees[3] <= 90;
     cli::require(right, "--range", "WEST,EAST,SOUTH,NORTH in degrees, at most 360 by 180", "'" + text + "'");

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* known_folders[] = {"centre", "left", "right", "small", "hidden", "patches"};
+constexpr const char* known_folders[] = {"centre", "left", "right", "small", "hidden", "patches", "window"};
 
 bool is_sequence(const fs::path& folder) {
     return fs::is_directory(folder) && (fs::exists(folder / "manifest.json") || !list_frames(folder).empty());
@@ -118,7 +118,8 @@ std::vector<fs::path> sequences_in(const fs::path& folder) {
     if (sequences.empty())
         throw InputError(expected_found(
             folder.string(),
-            "frame.NNNN.exr files or manifest.json, here or in centre/, left/, right/, small/, hidden/ or patches/",
+            "frame.NNNN.exr files or manifest.json, here or in centre/, left/, right/, small/, hidden/, patches/ or "
+            "window/",
             "none"));
     return sequences;
 }

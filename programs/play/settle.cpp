@@ -135,7 +135,8 @@ void FramePlayer::use(const Plan& plan) {
                    .by_planes = settings_.method != "auto" || plan.depth == "stream",
                    .fill = plan.fill,
                    .mirrors = settings_.mirrors,
-                   .reliability = settings_.reliability});
+                   .reliability = settings_.reliability,
+                   .gap_masks = !settings_.out_is_video});
 }
 
 }  // namespace equistream::play

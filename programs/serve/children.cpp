@@ -81,6 +81,8 @@ pid_t spawn(const std::string& program, std::string name, const std::vector<std:
     posix_spawn_file_actions_init(&actions);
     for (const auto& [here, there] : redirected)
         posix_spawn_file_actions_adddup2(&actions, here, there);
+    // Sockets are the server's: a child that outlives it would keep its address, and viewers waiting.
+    posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
     pid_t child = 0;
     const int failure = posix_spawn(&child, program.c_str(), &actions, attributes, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);

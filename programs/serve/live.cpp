@@ -425,8 +425,8 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
                           "--progress", "none",       "--denoise", options.denoise};
     if (!options.window.empty())
         settings.arguments.insert(settings.arguments.end(), {"--window", "gaze," + options.window});
-    if (options.density > 0)
-        settings.arguments.insert(settings.arguments.end(), {"--density", std::to_string(options.density)});
+    if (options.density)
+        settings.arguments.insert(settings.arguments.end(), {"--density", std::to_string(*options.density)});
     if (!options.path.empty())
         settings.arguments.insert(settings.arguments.end(), {"--path", options.path});
     if (options.accumulate > 0)

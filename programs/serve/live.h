@@ -54,7 +54,7 @@ LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, std::unique
 
 struct LiveOptions {
     std::string host = "embree", size = "480x240", path, window, depth = "auto", denoise = "off";
-    int density = 0;  ///< 0: the renderer's own choice
+    std::optional<int> density;  ///< none: the renderer's own choice
     unsigned threads = 0;
     std::uint32_t accumulate = 0;
     LiveSettings settings;  ///< all but the program and its arguments, and whether there is depth

@@ -74,7 +74,7 @@ void LiveEncoder::open() {
 }
 
 DepthRange LiveEncoder::range_before(const Part& part) const {
-    return depth_range(*depth_code_, box_radius_m_, room_to_approach * part.nearest_m, part.focal_length_px);
+    return depth_range(*depth_code_, box_radius_m_, room_to_approach * part.nearest_m, false, part.focal_length_px);
 }
 
 bool LiveEncoder::needs_group() const {

@@ -43,6 +43,8 @@ void check(const Options& options) {
                  in_words(server.patience_s));
     cli::require(!options.listen.empty() || !options.web.empty(), "--listen", "tcp://HOST:PORT, or --web PORT",
                  "neither");
+    cli::require(options.certificate.empty() || !options.web.empty(), "--certificate",
+                 "--web https://HOST:PORT beside it", "none");
     cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
     cli::require(server.per_address.value_or(1) >= 1, "--per-address", "at least 1",
                  std::to_string(server.per_address.value_or(1)));

@@ -61,7 +61,7 @@ class Parser(argparse.ArgumentParser):
 def parse(parser, section, words=None):
     """Of the command line, and of the settings file that it names."""
     words = sys.argv[1:] if words is None else list(words)
-    early = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    early = Parser(prog=parser.prog, add_help=False)
     early.add_argument("--settings", type=pathlib.Path)
     named = early.parse_known_args(words)[0].settings
     known = {name for action in parser._actions for name in action.option_strings}

@@ -35,6 +35,8 @@ class Render:
     frames: int = 0
     """Of the first ones; 0: all the preset's."""
     denoise: str = "off"
+    window_pixels: int = 0
+    """Of a window beside it."""
 
     def words(self):
         view = ["--camera", "perspective", "--fov", f"{self.fov_deg:g}"] if self.fov_deg else []
@@ -42,8 +44,9 @@ class Render:
                 "--seed", self.seed, *(["--denoise", self.denoise] if self.denoise != "off" else []), *self.options]
 
     def samples_a_frame(self):
+        eyes = 2 if self.eye == "both" else 1
         pixels = self.size[0] * self.size[1] * (17 / 16 if self.small else 1)
-        return pixels * self.samples
+        return (eyes * pixels + self.window_pixels) * self.samples
 
 
 def truth(preset, scene, seed):
@@ -83,7 +86,9 @@ def parity_sphere(preset, place, seed, width):
 def window(preset, seed, columns, across_deg, high_deg):
     """What the head looks at, of a sphere of so many columns, and a coarse sphere around it."""
     options = (*DEPTH, "--window", f"gaze,{across_deg:g}x{high_deg:g}", "--density", columns)
-    return Render(f"window-{columns}-{seed}", seed, preset.sphere_samples, (preset.base_width, preset.base_width // 2), "centre", options=options, denoise=preset.denoise)
+    pixels = round(columns / 360 * across_deg) * round(columns / 360 * high_deg)
+    return Render(f"window-{columns}-{seed}", seed, preset.sphere_samples, (preset.base_width, preset.base_width // 2), "centre", options=options,
+                  denoise=preset.denoise, window_pixels=pixels)
 
 
 def base(preset, seed):
@@ -120,7 +125,7 @@ def noisy_sphere(preset, samples):
 
 
 def every_render(preset, scene):
-    """Of one scene, but for geometry, which takes one sample, and for single frames of heads that have moved."""
+    """Of one scene, but for geometry, which takes one sample, and for single frames of heads that have moved or of windows that follow them."""
     for seed in SEEDS:
         yield perspective(preset, seed)
         yield right_eye(preset, seed)
@@ -133,3 +138,9 @@ def every_render(preset, scene):
             yield parity_sphere(preset, "centre", SEEDS[0], width)
     for samples in preset.samples_swept:
         yield noisy_sphere(preset, samples)
+    if preset.windows and "window" not in preset.left_out:
+        for seed in SEEDS:
+            yield base(preset, seed)
+            yield margin_view(preset, seed)
+            for spec in preset.windows:
+                yield window(preset, seed, *spec)

@@ -80,9 +80,29 @@ def write_if_other(file, text):
 
 
 def changed_at(path):
-    """When a file, or the newest in a folder, was last written; 0 where there is nothing."""
-    files = path.rglob("*") if path.is_dir() else [path]
-    return max((file.stat().st_mtime for file in files if file.is_file()), default=0)
+    """When a file, or the newest in a folder or of a scene, was last written; 0 where there is nothing."""
+    return max((file.stat().st_mtime for file in files_in(path) if file.is_file()), default=0)
+
+
+def scene_files(description):
+    """All files that a scene consists of, where docs/scenes.md says that they are looked for: its description, its model, and what these take with them."""
+    scene = read_json(description)
+    folder, shared = description.parent, pathlib.Path(os.environ.get("EQUISTREAM_SCENES") or description.parent)
+    sky = scene.get("sky")
+    large = [scene["model"], *([sky["image"]] if isinstance(sky, dict) and "image" in sky else [])]
+    places = [[folder / name, shared / name, shared / pathlib.Path(name).stem / name] for name in large]
+    paths = [folder / each["path"] for each in (scene["camera"], *scene.get("moving", ())) if "path" in each]
+    return [description, *(file for found in places for file in [place for place in found if place.is_file()][:1]), *(path for path in paths if path.is_file())]
+
+
+def files_in(path):
+    """Of a file or a folder, and of a scene by its description."""
+    if path.is_dir():
+        return path.rglob("*")
+    if path.suffix == ".json" and path.is_file():
+        with contextlib.suppress(Failed, KeyError, TypeError, AttributeError):
+            return scene_files(path)
+    return [path]
 
 
 def digest(folder, pattern="equistream*"):
@@ -120,6 +140,10 @@ class Steps:
         """Of all words that name a file or folder, in the work folder or elsewhere, but for the output."""
         inputs = [word for word, before in zip(words, ["", *words]) if before != "--out"]
         return max((changed_at(self.work / word) for word in inputs if word), default=0)
+
+    def is_made(self, words):
+        """Whether what was made still lies there."""
+        return all((self.work / word).exists() for word, before in zip(words, ["", *words]) if before == "--out")
 
     def side_by_side(self, function, *arguments):
         """[function(...) of the first of each of `arguments`, of the second, ...], as many at once as there are cores. What fails or interrupts one ends all."""
@@ -164,7 +188,8 @@ class Steps:
         if record := self.record_in(file):
             # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
             made_here = fresh is not None or record.get("context") == self.context
-            if record["command"] == command and made_here and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
+            is_there = made_here and self.is_made(words)
+            if record["command"] == command and is_there and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()
         self.progress.begin(name, command)

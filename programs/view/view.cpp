@@ -160,8 +160,6 @@ void run(Arguments& arguments, const cli::CommandLine& app) {
         std::fputs(key_help().c_str(), stdout);
         return;
     }
-    if (arguments.settings.source.empty())
-        throw InputError("expected a stream or a folder to show, found none");
     cli::hide_secret(arguments.settings.source);
     complete(arguments, app);
     Viewer viewer(arguments.settings);
@@ -192,7 +190,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     arguments->command = command;
     ViewerSettings& settings = arguments->settings;
     app.add_option("source", settings.source,
-                   "A stream or any 360 video (file or URL), or a folder of rendered frames");
+                   "A stream or any 360 video (file or URL), or a folder of rendered frames; without one the window "
+                   "asks for it");
     cli::Option scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         .excludes(scene);

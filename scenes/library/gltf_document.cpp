@@ -176,13 +176,12 @@ GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
             expected_found(file_, "a glTF 2.0 model", one_line(error.empty() ? "unreadable data" : error)));
     if (!model_.asset.version.empty())
         require_version_2(file_, model_.asset.version);
+    std::string accepted;
+    for (const std::string& name : accepted_extensions())
+        accepted += (accepted.empty() ? " " : ", ") + name;
     for (const std::string& name : model_.extensionsRequired)
         if (!accepted_extensions().contains(name))
-            throw InputError(
-                expected_found(file_,
-                               "only the required extensions KHR_mesh_quantization, KHR_materials_transmission, "
-                               "KHR_materials_ior, KHR_materials_emissive_strength",
-                               name));
+            throw InputError(expected_found(file_, "only the required extensions" + accepted, name));
 }
 
 std::string GltfDocument::where(const char* what, std::size_t index) const {

@@ -234,6 +234,9 @@ private:
             throw InputError(expected_found(where, "a POSITION attribute", "none"));
         to.positions = read_vec3(*positions);
         to.triangles = read_triangles(primitive, to.positions.size(), where);
+        const std::uint32_t mask = out_.materials[to.material].alpha_mask;
+        if (mask != no_index && out_.alpha_masks[mask].opaque == std::vector<std::uint8_t>{0})
+            to.triangles.clear();  // all of it is cut away, wherever its texture coordinates are
         if (options_.shading)
             if (const std::optional<Accessor> normals = attribute(primitive, "NORMAL"))
                 to.normals = read_normals(*normals);

@@ -87,13 +87,14 @@ PosePath::Key read_key(const JsonReader& json) {
     return key;
 }
 
-/// What "camera" and each of "moving" share: inline keys, or a CSV file whose bytes join the fingerprint.
-PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& hash) {
+/// What "camera" and each of "moving" share: inline keys, or a CSV file whose bytes join the fingerprint. Both are on
+/// one clock, if on another than frames: `clock_start_s`, the camera's.
+PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& hash, double clock_start_s = 0) {
     if (json.has("keys") == json.has("path"))
         json.fail("one of keys and path");
     if (json.has("path")) {
         const fs::path csv = folder / json["path"].text();
-        PosePath path = read_path_csv(csv);
+        PosePath path = read_path_csv(csv, clock_start_s);
         hash.add_file(csv, "camera path (CSV)");
         return path;
     }
@@ -105,7 +106,7 @@ PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& 
     }
     if (keys.empty())
         json["keys"].fail("at least one key");
-    return PosePath::on_frame_clock(std::move(keys), json["keys"].where());
+    return PosePath::on_frame_clock(std::move(keys), json["keys"].where(), clock_start_s);
 }
 
 /// A large file that a description shares with others: the model, the sky's image.
@@ -184,14 +185,15 @@ std::string read_name(const JsonReader& json, const fs::path& file) {
     return name;
 }
 
-std::vector<MovingObject> read_moving(const JsonReader& json, const fs::path& folder, ContentHash& hash) {
+std::vector<MovingObject> read_moving(const JsonReader& json, const fs::path& folder, double clock_start_s,
+                                      ContentHash& hash) {
     std::vector<MovingObject> moving;
     std::unordered_set<std::string> names;
     for (const JsonReader& item : json.array()) {
         item.accept_keys({"object", "keys", "path"});
         MovingObject object;
         object.object = item["object"].text();
-        object.path = read_path(item, folder, hash);
+        object.path = read_path(item, folder, hash, clock_start_s);
         if (!names.insert(object.object).second)
             item["object"].fail("each object once");
         moving.push_back(std::move(object));
@@ -248,7 +250,7 @@ SceneDescription load_scene(const fs::path& file) {
     if (json.has("frames_per_second"))
         scene.frames_per_second = read_frames_per_second(json["frames_per_second"]);
     if (json.has("moving"))
-        scene.moving = read_moving(json["moving"], folder, hash);
+        scene.moving = read_moving(json["moving"], folder, scene.camera_path.clock_start_s(), hash);
     scene.model = find_file(json["model"], folder, "model");
     if (json.has("model_unit_m"))
         scene.model_unit_m = read_unit(json["model_unit_m"]);

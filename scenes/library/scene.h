@@ -27,8 +27,9 @@ public:
     /// Keys must ascend strictly in time and be finite; throws InputError with `where` otherwise.
     PosePath(std::vector<Key> keys, const std::string& where);
     /// Of keys on any clock in seconds. Frames begin at time 0: where every key is before it or more than max_path_s
-    /// after it (epoch seconds), times count from the first key. Throws InputError for longer paths and other units.
-    static PosePath on_frame_clock(std::vector<Key> keys, const std::string& where);
+    /// after it (epoch seconds), times count from `clock_start_s`, or, where that is 0, from the first key. Throws
+    /// InputError for longer paths and other units.
+    static PosePath on_frame_clock(std::vector<Key> keys, const std::string& where, double clock_start_s = 0);
 
     bool empty() const { return keys_.empty(); }
     double duration_s() const { return keys_.empty() ? 0 : keys_.back().time_s; }
@@ -47,7 +48,7 @@ std::string clock_note(const PosePath& path, const std::string& name);
 
 /// CSV: time_s, position x y z in metres, orientation quaternion w x y z; a header line is allowed. Times are put on
 /// the frames' clock. Errors carry file:line.
-PosePath read_path_csv(const std::filesystem::path& file);
+PosePath read_path_csv(const std::filesystem::path& file, double clock_start_s = 0);
 void write_path_csv(const std::filesystem::path& file, const PosePath& path);
 
 /// 16 hexadecimal digits over all its keys: another path has others.

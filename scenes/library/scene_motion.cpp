@@ -223,7 +223,7 @@ PosePath::PosePath(std::vector<Key> keys, const std::string& where) : keys_(std:
     }
 }
 
-PosePath PosePath::on_frame_clock(std::vector<Key> keys, const std::string& where) {
+PosePath PosePath::on_frame_clock(std::vector<Key> keys, const std::string& where, double clock_start_s) {
     PosePath path(std::move(keys), where);
     if (path.empty())
         return path;
@@ -234,10 +234,10 @@ PosePath PosePath::on_frame_clock(std::vector<Key> keys, const std::string& wher
             where, expected,
             formatted("%.17g: milliseconds or nanoseconds?", std::abs(last_s) > max_epoch_s ? last_s : first_s)));
     if (last_s < 0 || first_s > max_path_s) {
-        path.clock_start_s_ = first_s;
+        path.clock_start_s_ = clock_start_s != 0 ? clock_start_s : first_s;
         // Doubles of epoch seconds are 0.24 us apart: a last key must not miss its frame for that.
         for (Key& key : path.keys_)
-            key.time_s = std::round((key.time_s - first_s) * 1e6) / 1e6;
+            key.time_s = std::round((key.time_s - path.clock_start_s_) * 1e6) / 1e6;
     }
     if (path.duration_s() > max_path_s)
         throw InputError(expected_found(where, expected, formatted("times from %.17g to %.17g", first_s, last_s)));
@@ -264,7 +264,7 @@ Pose PosePath::at(double time_s) const {
             glm::normalize(glm::slerp(from.pose.orientation, after->pose.orientation, share))};
 }
 
-PosePath read_path_csv(const std::filesystem::path& file) {
+PosePath read_path_csv(const std::filesystem::path& file, double clock_start_s) {
     const std::vector<std::uint8_t> bytes = read_file_bytes(file, "camera path (CSV)", csv_size_limit);
     std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
@@ -294,7 +294,7 @@ PosePath read_path_csv(const std::filesystem::path& file) {
     }
     if (keys.empty())
         throw InputError(expected_found(file.string(), "at least one key", "none"));
-    return PosePath::on_frame_clock(std::move(keys), file.string());
+    return PosePath::on_frame_clock(std::move(keys), file.string(), clock_start_s);
 }
 
 void write_path_csv(const std::filesystem::path& file, const PosePath& path) {

@@ -47,8 +47,12 @@ protected:
 TEST_P(Damage, WholeSeedsAreAccepted) {
     const Seeds seeds = GetParam().seeds();
     ASSERT_FALSE(seeds.empty());
-    for (std::size_t i = 0; i < seeds.size(); ++i)
+    const int* const reached = GetParam().reached;
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+        const int before = reached == nullptr ? -1 : *reached;
         EXPECT_EQ(refusal(seeds[i], "seed " + std::to_string(i)), "") << i;
+        EXPECT_GT(reached == nullptr ? 0 : *reached, before) << i << " does not get to what it is there for";
+    }
 }
 
 TEST_P(Damage, Cut) {
@@ -78,7 +82,7 @@ TEST_P(Damage, Flipped) {
 
 TEST_P(Damage, WrongNumbers) {
     if (GetParam().damage == nullptr)
-        return;
+        GTEST_SKIP() << "nothing is known of where its numbers are";
     const Seeds seeds = GetParam().seeds();
     std::mt19937 random(23);
     for (int round = 0; round < GetParam().rounds && !HasFailure(); ++round) {

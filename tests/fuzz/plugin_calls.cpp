@@ -10,6 +10,8 @@ namespace equistream::fuzz {
 
 namespace {
 
+int ended_frames = 0;
+
 constexpr int side = 64, most_calls = 120;
 constexpr std::size_t room = std::size_t(side) * side;  ///< of rays: no tile has more pixels than the frame
 
@@ -373,7 +375,8 @@ private:
     }
     void end() {
         es_frame* const frame = std::exchange(frame_, nullptr);
-        checked([&](es_error* error) { return es_frame_end(frame, error); });
+        if (checked([&](es_error* error) { return es_frame_end(frame, error); }) == ES_OK)
+            ++ended_frames;
     }
 
     Choices choices_;
@@ -394,12 +397,12 @@ void read(Bytes bytes) {
 Seeds seeds() {
     // Opens a sequence, begins a frame, answers all tiles and ends it, twice; then hands over a plane in place of
     // tiles.
-    return {{0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 15, 9, 1, 0, 0, 0, 0, 6, 1, 1, 0, 0, 0, 15, 9, 1, 0, 0, 0, 0, 6},
-            {0, 1, 1, 1, 0, 1, 13, 2, 1, 0, 0, 0, 0, 15, 5, 1, 1, 0, 1, 0, 1, 4, 1, 0, 1, 6},
+    return {{0, 1, 1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 15, 9, 1, 0, 0, 0, 0, 6, 1, 1, 0, 0, 0, 15, 9, 1, 0, 0, 0, 0, 6},
+            {0, 1, 1, 1, 0, 0, 1, 13, 2, 1, 0, 0, 0, 0, 15, 5, 1, 1, 0, 1, 0, 1, 4, 1, 0, 1, 6},
             // A window and the base around it.
-            {0, 0, 1, 1, 0, 0, 12, 1, 14, 0, 1, 0, 0, 10, 0, 0, 15, 0, 1, 0, 0, 7, 0, 0},
+            {0, 0, 1, 1, 0, 0, 0, 12, 1, 14, 0, 1, 0, 0, 10, 0, 0, 15, 0, 1, 0, 0, 7, 0, 0},
             // An atlas; frames that are accumulated; frames that are denoised.
-            {12, 0, 15, 0, 1, 0, 1, 15, 0},
+            {12, 0, 15, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
             {12, 2, 1, 15, 0, 0, 0, 0, 15, 0, 15, 1, 0, 0, 0, 9, 2, 0},
             {12, 3, 1, 15, 0, 0, 0, 0, 15, 0},
             {12, 4, 0, 15, 0, 0, 0, 0, 15, 0, 15, 1, 0, 0, 0, 15, 0}};
@@ -407,6 +410,6 @@ Seeds seeds() {
 
 }  // namespace
 
-const Target plugin_calls_target{"plugin_calls", read, seeds, 60};
+const Target plugin_calls_target{"plugin_calls", read, seeds, 60, nullptr, &ended_frames};
 
 }  // namespace equistream::fuzz

@@ -24,6 +24,8 @@ struct Target {
     int rounds;        ///< of each kind of damage that fuzz_test tries: about a second's work
     /// Changes the input where its structure is known. Null: nothing is known of it.
     void (*damage)(std::vector<std::uint8_t>&, std::mt19937& random) = nullptr;
+    /// Counts what each seed is to reach; null: being accepted says enough.
+    const int* reached = nullptr;
 };
 
 std::span<const Target> targets();

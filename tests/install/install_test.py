@@ -5,6 +5,7 @@ usage: install_test.py CMAKE BUILD_DIR SOURCE_DIR      (CC, CXX, CFLAGS and CXXF
 """
 import contextlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -26,7 +27,6 @@ HEADERS = {  # each with the languages it promises to be
     "client.h": ["c11", "c++17"],
     "client.hpp": ["c++17", "c++20"],
 }
-COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "farm", "study", "fit", "doctor"]
 USES_THE_CATALOGUE = '''
 #include <equistream/aov.h>
 static_assert(equistream::find_aov("depth")->unit == "m");
@@ -55,7 +55,10 @@ def install_and_move(cmake, build, scratch):
 def check_programs(prefix):
     dispatcher = prefix / "bin" / "equistream"
     assert run(dispatcher, "--version").startswith("equistream ")
-    for command in COMMANDS:
+    commands = re.findall(r"^  ([a-z]+) ", run(dispatcher, "--help"), re.MULTILINE)
+    assert {"render", "serve", "view", "import", "export", "model", "study", "doctor"} <= set(commands), commands
+    assert (prefix / "share/equistream/web.html").exists()
+    for command in commands:
         assert "--help" in run(dispatcher, command, "--help"), command
         assert (prefix / f"share/man/man1/equistream-{command}.1").exists(), command
     assert "complete " in (prefix / "share/bash-completion/completions/equistream").read_text()

@@ -90,6 +90,16 @@ def test_times_that_no_file_holds_are_refused():
         info.time_s = 1e11
 
 
+def test_what_was_read_stays_when_another_is_set():
+    info = es.frame_info(es.EquirectCamera(8, 4))
+    camera, pose, head = info.camera, info.camera_pose, info.head
+    info.camera = es.PerspectiveCamera(16, 8, 1.0)
+    info.camera_pose = info.head = es.Pose([1, 2, 3], pose.orientation)
+    assert isinstance(camera, es.EquirectCamera) and (camera.width, camera.height) == (8, 4)
+    assert pose.position_m.tolist() == head.position_m.tolist() == [0, 0, 0]
+    assert info.camera_pose.position_m.tolist() == [1, 2, 3]
+
+
 def test_errors_of_files(file, tmp_path):
     with pytest.raises(es.InputError, match="nowhere.exr"):
         es.read_frame(tmp_path / "nowhere.exr")

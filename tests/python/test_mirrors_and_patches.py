@@ -53,13 +53,13 @@ def played(folder, eye, info, kind=""):
 
 
 def views(reproject, feed, depth_of=lambda frame: None, **options):
-    """(eye, what it sees, info) of a feed, each frame with the two before it, as play keeps them."""
+    """(eye, what it sees, info) of a feed, each frame with the one before it, as play keeps them."""
     earlier = []
     for frame in feed:
         depth = depth_of(frame)
         for eye, pose in eye_poses(frame.main.info).items():
             yield eye, reproject(frame, CAMERA, pose, depth=depth, earlier=earlier, **options), frame.main.info
-        earlier = [frame.main, *earlier][:2]
+        earlier = [frame.main]
 
 
 def counted(report, eye):
@@ -95,6 +95,15 @@ def test_a_stream_with_mirrors_equals_play(frames, pavilion, run, tmp_path, yuv)
         np.testing.assert_array_equal(view.gaps, played(tmp_path, eye, info, "gaps") > 0)
         reworked += view.mirrors["by_image"]
     assert reworked > 100
+
+
+def test_an_atlas_is_written_as_it_was_read(frames, tmp_path):
+    atlas = es.read_frame(frames / "patches/frame.0040.exr")
+    es.write_frame(tmp_path / "atlas.exr", atlas)
+    again = es.read_frame(tmp_path / "atlas.exr")
+    assert again.info.patches.width == again.planes["colour"].shape[1] != again.info.camera.width
+    for name, plane in atlas.planes.items():
+        np.testing.assert_array_equal(again.planes[name], plane)
 
 
 def test_mirrors_may_stay_as_the_engine_left_them(frames):

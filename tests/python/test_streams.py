@@ -120,14 +120,18 @@ def test_ctrl_c_ends_a_wait_for_a_silent_source():
     server.listen()
     code = f"import equistream as es\nprint('waiting', flush=True)\nes.open_stream('tcp://127.0.0.1:{server.getsockname()[1]}')"
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert child.stdout.readline() == "waiting\n"
-    time.sleep(0.5)
-    child.send_signal(signal.SIGINT)
-    began = time.monotonic()
-    _, complaint = child.communicate(timeout=20)
-    assert time.monotonic() - began < 5
-    assert complaint.strip().endswith("KeyboardInterrupt"), complaint
-    server.close()
+    try:
+        assert child.stdout.readline() == "waiting\n"
+        time.sleep(0.5)
+        child.send_signal(signal.SIGINT)
+        began = time.monotonic()
+        _, complaint = child.communicate(timeout=20)
+        assert time.monotonic() - began < 5
+        assert complaint.strip().endswith("KeyboardInterrupt"), complaint
+    finally:
+        child.kill()
+        child.wait()
+        server.close()
 
 
 def test_a_second_thread_is_refused(tmp_path):

@@ -1,6 +1,5 @@
 #include "gap_resample.h"
 
-#include <equistream/error.h>
 #include <equistream/patches.h>
 
 #include <client/fill/push_pull.h>
@@ -51,13 +50,6 @@ void GapTiles::size_for(const EyeTargets& targets) {
     if (grid == grid_ && targets.eyes() == eyes_)
         return;
     const std::size_t tiles = std::size_t(grid.width) * std::size_t(grid.height) * std::size_t(targets.eyes());
-    GLint max_groups = 0;
-    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &max_groups);
-    if (tiles > 4 * std::size_t(max_groups))
-        throw WorkError(expected_found("OpenGL",
-                                       "eyes of up to " + std::to_string(4 * std::size_t(max_groups)) +
-                                           " squares of 8x8 pixels, as the driver has work groups",
-                                       std::to_string(tiles)));
     grid_ = {};  // what fails half-way is begun anew
     states_ = make_buffer(tiles * sizeof(GLuint), 0);
     lists_ = make_buffer(sizeof(ListsHead) + lists * tiles * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);

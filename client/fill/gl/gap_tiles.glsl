@@ -1,6 +1,7 @@
 // Squares of pixels in or next to which there are gaps, as GapTiles has them: numbered row by row, eye by eye.
 
 const int TILE_SIDE = 1 << TILE_SHIFT;
+const uint MAX_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one
 const uint NOT_THERE = 0u, BESIDE_GAPS = 1u, WITH_GAPS = 2u;
 
 layout(std430, binding = 0) buffer TileStates {
@@ -26,7 +27,7 @@ uint tile_state(ivec3 tile) {
 /// The cell that an invocation has, of a level at which tiles are 1 << shift cells wide, in tiles of a list; false for
 /// those left over.
 bool listed_cell(int list, int shift, out ivec3 cell) {
-    uint index = gl_GlobalInvocationID.x, entry = index >> (2 * shift);
+    uint index = (gl_WorkGroupID.y * MAX_GROUPS + gl_WorkGroupID.x) * 256u + gl_LocalInvocationID.x, entry = index >> (2 * shift);
     if (entry >= tile_counts[list])
         return false;
     uint listed = tile_lists[list * (tile_lists.length() / 2) + int(entry)];

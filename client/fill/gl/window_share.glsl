@@ -11,13 +11,13 @@ vec2 position_in_window(ivec3 at, float z) {
 /// The window's share of such a pixel's colour: 1 within, 0 on the border and beyond.
 float share_of_window(vec2 position) {
     vec2 to_end = vec2(source_size) - position;
-    float inside = min(position.x, to_end.x);
-    // Over a pole there is nothing to mix with.
+    // Where columns close, and over a pole, there is nothing to mix with.
+    float inside = source_closes != 0 ? MIXED_PX : min(position.x, to_end.x);
     float rows_above = (quarter_turn - source_top) * rows_per_radian;
     float rows_below = (quarter_turn + source_top) * rows_per_radian - float(source_size.y);
     inside = rows_above > 0.5 ? min(inside, position.y) : inside;
     inside = rows_below > 0.5 ? min(inside, to_end.y) : inside;
-    return isnan(inside) ? 1.0 : clamp(inside / MIXED_PX, 0.0, 1.0);
+    return isnan(inside) || isnan(position.x) ? 1.0 : clamp(inside / MIXED_PX, 0.0, 1.0);
 }
 
 /// 1 / m; far away where nobody knows.

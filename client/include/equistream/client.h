@@ -68,7 +68,7 @@ typedef struct es_client_source {
     size_t struct_size;
     int32_t is_live;   /* non-zero: a server's; frames come when they come */
     int32_t has_poses; /* zero: ordinary video; eyes can turn and not move */
-    int32_t has_depth; /* non-zero: eyes that move see parallax */
+    int32_t has_depth; /* zero: no depth came, or the engine needs none */
     int32_t width, height;
     double frames_per_second;
     double ipd_m;             /* that the frames are tagged with */

@@ -83,7 +83,7 @@ def read_frame_info(file: PathLike) -> FrameInfo:
 
 def checked_planes(frame: Frame) -> list[tuple[str, NDArray[Any]]]:
     """In the catalogue's order; a single channel's may be rows x columns."""
-    camera = frame.info.camera
+    picture = frame.info.patches or frame.info.camera
     for name in frame.planes:
         require_plane_name(name)
     checked = []
@@ -91,7 +91,7 @@ def checked_planes(frame: Frame) -> list[tuple[str, NDArray[Any]]]:
         if name in frame.planes:
             dtype = np.uint32 if aov["is_id"] else np.float32
             checked.append((name, as_plane(frame.planes[name], f"plane {name}", dtype, len(aov["channels"]),
-                                           (camera.width, camera.height))))
+                                           (picture.width, picture.height))))
     if not checked:
         raise InputError("frame: expected at least one plane, found none")
     return checked

@@ -207,7 +207,7 @@ class Reprojector:
         used, for exactly the views they belong to. `small` is a second picture for the passes that start with that name (a FeedFrame brings its own, and
         its second layer, patches and the base around a window). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
-        `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
+        `earlier` are main pictures of frames before, newest first, with their depth; play keeps one.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
         unless given, the source's own if its own depth is used, else 0. How visibly off the colours are `source.info` says: `visible_loss`, or what
         is usual at its `crf`. A Frame that says neither is measured by its planes `reference` and
@@ -216,7 +216,7 @@ class Reprojector:
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
         frame = source if isinstance(source, FeedFrame) else None
-        passes = set(self.fill.split(","))
+        passes = {name.strip() for name in self.fill.split(",")}
         takes_small = not passes.isdisjoint(_core.SMALL_PASSES)
         if small is not None and not takes_small:
             raise InputError(f"small: expected a fill chain with a pass for it, {' or '.join(_core.SMALL_PASSES)}, found '{self.fill}'")

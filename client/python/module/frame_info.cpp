@@ -117,9 +117,11 @@ void bind_frame_info(nb::module_& m) {
             "Number of the frame, from 0.");
     number("time_s", &FrameInfo::time_s, {-max_time_s, max_time_s}, "Seconds.");
     number("frames_per_second", &FrameInfo::frames_per_second, {0.001, 1000}, "Frames a second.");
-    info.def_rw("camera", &FrameInfo::camera, "EquirectCamera or PerspectiveCamera.")
-        .def_rw("camera_pose", &FrameInfo::camera_pose, "World from camera, at this frame.")
-        .def_rw("head", &FrameInfo::head, "The head this camera was placed for.");
+    // Copies: what was read stays as it is when another is set.
+    const nb::for_getter copied(nb::rv_policy::copy);
+    info.def_rw("camera", &FrameInfo::camera, copied, "EquirectCamera or PerspectiveCamera.")
+        .def_rw("camera_pose", &FrameInfo::camera_pose, copied, "World from camera, at this frame.")
+        .def_rw("head", &FrameInfo::head, copied, "The head this camera was placed for.");
     word("eye", &FrameInfo::eye, eye_names, "'centre', 'left' or 'right'.");
     number("ipd_m", &FrameInfo::ipd_m, {0, 10}, "Metres between the eyes.");
     word("lock", &FrameInfo::lock, axis_lock_names,

@@ -168,8 +168,9 @@ void bind_frames(nb::module_& m) {
                 new (self) PosePath(std::move(list), "PosePath");
             },
             nb::arg("keys"))
-        .def_static("read", &read_path_csv, nb::arg("file"),
-                    "Reads a CSV: time_s, position x y z in metres, orientation quaternion w x y z.")
+        .def_static(
+            "read", [](const fs::path& file) { return read_path_csv(file); }, nb::arg("file"),
+            "Reads a CSV: time_s, position x y z in metres, orientation quaternion w x y z.")
         .def(
             "write", [](const PosePath& path, const fs::path& file) { write_path_csv(file, path); }, nb::arg("file"),
             "Writes the same CSV.")

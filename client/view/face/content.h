@@ -22,7 +22,7 @@ struct Fact {
 };
 
 struct FaceContent {
-    std::string loading;  ///< the source that is being opened; empty: none is
+    std::string loading;  ///< the source that is being opened; empty: none is, and without a picture one is asked for
     bool has_picture = false;
     std::string warning;  ///< in one line; empty: nothing is to be said
     std::string status;   ///< where the head is, and how what it sees is made

@@ -165,7 +165,8 @@ void Face::build_loading() {
     ImGui::SetNextWindowBgAlpha(0);
     ImGui::Begin("loading", nullptr, plain_window);
     ImGui::PushTextWrapPos(0.9f * window.x);
-    text("loading " + content_.loading);
+    text(content_.loading.empty() ? "Drop a stream, a 360 video or a folder of frames here (or press ctrl o)"
+                                  : "loading " + content_.loading);
     ImGui::PopTextWrapPos();
     ImGui::End();
 }

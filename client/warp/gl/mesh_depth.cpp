@@ -73,6 +73,8 @@ MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
     needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
+    if (needed_words_ == nullptr)
+        throw WorkError("OpenGL: the driver does not map a buffer for good");
     std::array<GLuint, max_eyes> numbers{};
     std::iota(numbers.begin(), numbers.end(), 0U);
     eye_numbers_ = make_buffer_of(std::span<const GLuint>(numbers));

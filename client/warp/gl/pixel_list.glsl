@@ -3,9 +3,11 @@
 const uint LIST_GROUP = 256u;
 const uint MAX_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one
 
-layout(std430, binding = 8) buffer PixelList {
+layout(std430, binding = 9) buffer PixelListHead {
     uint pixel_groups[3];  // of LIST_GROUP invocations
     uint pixel_count;
+};
+layout(std430, binding = 8) buffer PixelList {
     uint pixels[];  // column, row and layer in 15, 15 and 2 bits
 };
 

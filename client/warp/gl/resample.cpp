@@ -13,26 +13,29 @@ namespace equistream::gl {
 
 namespace {
 
-/// What stands before the pixels (see pixel_list.glsl): work groups, and the count.
+/// See pixel_list.glsl: work groups, and the count. Of two eyes of 4096x4096 the pixels alone are all that a buffer of
+/// 128 MiB holds, which is as much as some drivers have.
 using ListHead = std::array<GLuint, 4>;
 constexpr ListHead nothing_listed = {0, 1, 1, 0};
-constexpr GLuint list_unit = 8;
+constexpr GLuint list_unit = 8, head_unit = 9;
 
 }  // namespace
 
-PixelList::PixelList() : groups_("pixel_list_groups.glsl") {}
+PixelList::PixelList()
+    : groups_("pixel_list_groups.glsl"), head_(make_buffer(sizeof(ListHead), GL_DYNAMIC_STORAGE_BIT)) {}
 
 void PixelList::size_for(std::size_t pixels) {
     if (pixels <= pixels_)
         return;
-    list_ = make_buffer(sizeof(ListHead) + pixels * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);
+    list_ = make_buffer(pixels * sizeof(GLuint), 0);
     pixels_ = pixels;
 }
 
 void PixelList::start() const {
     // The last list was written by a shader.
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glNamedBufferSubData(list_.name(), 0, sizeof nothing_listed, nothing_listed.data());
+    glNamedBufferSubData(head_.name(), 0, sizeof nothing_listed, nothing_listed.data());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, head_unit, head_.name());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, list_unit, list_.name());
 }
 
@@ -40,7 +43,7 @@ void PixelList::dispatch(const Program& program) const {
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     groups_.dispatch({1, 1});
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
-    program.dispatch_indirect(list_.name(), 0);
+    program.dispatch_indirect(head_.name(), 0);
 }
 
 namespace {

@@ -27,7 +27,7 @@ public:
 private:
     Program groups_;
     std::size_t pixels_ = 0;
-    Buffer list_;
+    Buffer head_, list_;
 };
 
 // Engines `rotation` and `eye-depth` (engine.h) on the GPU, for all eyes at once; and the second half of those that

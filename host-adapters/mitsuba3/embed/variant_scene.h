@@ -71,6 +71,7 @@ private:
     void find_shapes(const EditedXml& xml);
     ShapeSummary summary(Shape& shape) const;
     Shape& shape_at(int group, std::size_t index);
+    void keep_colour_only(PassResult& pass);
     void count_hits(Integrator& integrator, Sensor& sensor, std::uint32_t samples, std::uint32_t seed,
                     PassResult& pass);
 
@@ -117,9 +118,8 @@ void VariantScene<Float, Spectrum>::find_integrators() {
             colour_alone_ = integrator;
     if (!colour_alone_)
         throw std::runtime_error("equirect_aov: expected to show its nested integrator");
-    // Mitsuba's alpha is 1 where a ray meets the sky; ours says whether it met a surface.
-    if (scene_->environment() != nullptr)
-        hits_ = new HitIntegrator<Float, Spectrum>(hides_emitters_, false);
+    // Mitsuba's alpha is 1 where a ray meets the sky or fog; ours says whether it met a surface.
+    hits_ = new HitIntegrator<Float, Spectrum>(hides_emitters_, false);
     guides_ = new HitIntegrator<Float, Spectrum>(hides_emitters_, true);
 }
 
@@ -290,11 +290,27 @@ PassResult VariantScene<Float, Spectrum>::render(std::size_t sensor, std::uint32
     pass.channels = {"R", "G", "B", "A"};
     for (const std::string& name : integrator.aov_names())
         pass.channels.push_back(name);
-    const auto image = integrator.render(scene_.get(), sensors_[sensor].get(), seed, samples);
+    auto image = integrator.render(scene_.get(), sensors_[sensor].get(), seed, samples);
+    if (image.shape(2) != pass.channels.size())  // `aov` returns less than the film has
+        image = sensors_[sensor]->film()->develop();
     pass.values = Arrays::to_host(image.array());
-    if (guides || hits_)
-        count_hits(guides ? *guides_ : *hits_, *sensors_[sensor], samples, seed, pass);
+    if (image.shape(2) != pass.channels.size())
+        throw std::runtime_error("expected " + std::to_string(pass.channels.size()) +
+                                 " channels of the integrator, found " + std::to_string(image.shape(2)));
+    if (!aovs)
+        keep_colour_only(pass);
+    count_hits(guides ? *guides_ : *hits_, *sensors_[sensor], samples, seed, pass);
     return pass;
+}
+
+/// An integrator of the XML may have channels of its own.
+template <typename Float, typename Spectrum>
+void VariantScene<Float, Spectrum>::keep_colour_only(PassResult& pass) {
+    const std::size_t channels = pass.channels.size(), pixels = pass.values.size() / channels;
+    for (std::size_t i = 0; channels > 4 && i < pixels; ++i)
+        std::copy_n(&pass.values[i * channels], 4, &pass.values[i * 4]);
+    pass.values.resize(pixels * 4);
+    pass.channels.resize(4);
 }
 
 /// With the same seed the sampler gives the same places in the pixels.

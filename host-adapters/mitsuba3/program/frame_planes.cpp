@@ -38,7 +38,7 @@ void turn_normal(const WorldMap& world, Number* normal) {
 
 FramePlanes::FramePlanes(int width, int height, std::string_view aovs)
     : width_(width), height_(height), colour_(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-      samples_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+      good_samples_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
     for (const std::string& name : parse_aov_groups(aovs)) {
         const AovInfo aov = *find_aov(name);
         if (name != "colour" && aov.in_all)
@@ -53,26 +53,27 @@ FramePlanes::Plane* FramePlanes::find(std::string_view name) {
 
 void FramePlanes::add(const PassResult& pass, std::uint32_t samples) {
     const std::size_t stride = pass.channels.size();
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
+    for (std::size_t i = 0; i < good_samples_.size(); ++i) {
         const float* rgba = &pass.values[i * stride];
-        if (!std::all_of(rgba, rgba + 4, [](float v) { return std::isfinite(v); })) {
+        colour_[4 * i + 3] += static_cast<double>(rgba[3]) * samples;
+        if (!std::all_of(rgba, rgba + 3, [](float v) { return std::isfinite(v); })) {
             left_out_ += samples;
             continue;
         }
-        for (std::size_t c = 0; c < 4; ++c)
+        for (std::size_t c = 0; c < 3; ++c)
             colour_[4 * i + c] += static_cast<double>(rgba[c]) * samples;
-        samples_[i] += samples;
+        good_samples_[i] += samples;
     }
+    all_samples_ += samples;
     if (stride > 4)
         take_aovs(pass);
     guides_.resize(pass.guides.size());
-    guide_samples_ += samples;
     for (std::size_t i = 0; i < guides_.size(); ++i)
         guides_[i] += static_cast<double>(pass.guides[i]) * samples;
 }
 
 void FramePlanes::take_aovs(const PassResult& pass) {
-    const std::size_t stride = pass.channels.size(), pixels = samples_.size();
+    const std::size_t stride = pass.channels.size(), pixels = good_samples_.size();
     for (Plane& plane : planes_) {
         const auto channels = find_aov(plane.name)->channels;
         (plane.is_id ? plane.ids.resize(pixels * channels.size()) : plane.values.resize(pixels * channels.size()));
@@ -121,8 +122,10 @@ void FramePlanes::bring_home(const WorldMap& world) {
 
 void FramePlanes::hand_over(es_frame* frame, std::string_view aovs) const {
     std::vector<float> colour(colour_.size());
-    for (std::size_t i = 0; i < colour.size(); ++i)
-        colour[i] = samples_[i / 4] > 0 ? static_cast<float>(colour_[i] / samples_[i / 4]) : 0;
+    for (std::size_t i = 0; i < colour.size(); ++i) {
+        const double samples = i % 4 == 3 ? all_samples_ : good_samples_[i / 4];
+        colour[i] = samples > 0 ? static_cast<float>(colour_[i] / samples) : 0;
+    }
     const auto row = [&](int channels) {
         return static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels) * sizeof(float);
     };
@@ -145,7 +148,7 @@ void FramePlanes::hand_over_guides(es_frame* frame) const {
         std::vector<float> mean;
         for (std::size_t i = 0; i < guides_.size(); i += guide_channels)
             for (std::size_t c = 0; c < 3; ++c) {
-                const double value = guides_[i + 3 * guide + c] / guide_samples_;
+                const double value = guides_[i + 3 * guide + c] / all_samples_;
                 mean.push_back(std::isfinite(value) ? static_cast<float>(value) : 0);
             }
         put(frame, {sizeof(es_plane), names[guide], ES_FLOAT32, 3, mean.data(),

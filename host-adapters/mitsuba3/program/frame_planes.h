@@ -39,10 +39,10 @@ private:
     void hand_over_guides(es_frame* frame) const;
 
     int width_, height_;
-    std::vector<double> colour_;
-    std::vector<std::uint32_t> samples_;  // of each pixel's colour
-    std::vector<double> guides_;          // sums, where passes bring them
-    double guide_samples_ = 0;
+    std::vector<double> colour_;               // sums, as all below
+    std::vector<std::uint32_t> good_samples_;  // of each pixel's colour
+    std::vector<double> guides_;               // where passes bring them
+    double all_samples_ = 0;                   // of a pixel's alpha and guides
     std::vector<Plane> planes_;
     std::uint64_t left_out_ = 0;
 };

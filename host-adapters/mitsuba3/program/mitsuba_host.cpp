@@ -24,8 +24,13 @@ namespace {
 
 /// Samples a pass may take: each is a lane of the vectorised variants and needs memory of its own. An interrupt waits
 /// for the end of a pass, and scalar variants are slow.
-std::uint64_t samples_of_a_pass(const std::string& variant) {
-    return std::uint64_t{1} << (variant.starts_with("scalar") ? 20 : 23);
+std::uint32_t samples_of_a_pass(const std::string& variant, std::uint64_t pixels, std::uint32_t samples) {
+    const bool is_scalar = variant.starts_with("scalar");
+    std::uint64_t most = (std::uint64_t{1} << (is_scalar ? 20 : 23)) / pixels;
+    // A scalar variant tells 2^32 / pixels seeds apart, where pixels are a power of two.
+    if (is_scalar)
+        most = std::max(most, samples * pixels >> 30);
+    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, 1, samples));
 }
 
 /// Where plugins/ may lie: beside the folder of programs in a build tree and in a Python package, below lib where
@@ -169,9 +174,9 @@ std::size_t MitsubaHost::sensor_of(const StreamSettings& stream) const {
 }
 
 std::uint32_t MitsubaHost::seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const {
-    std::uint64_t state = mixed(options_.seed, static_cast<std::uint64_t>(frame));
-    state = mixed(state, sensor);
-    return static_cast<std::uint32_t>(mixed(state, pass));
+    // Scalar variants multiply the seed by the film's pixels and keep 32 bits: consecutive seeds stay apart.
+    const std::uint64_t state = mixed(options_.seed, static_cast<std::uint64_t>(frame));
+    return static_cast<std::uint32_t>(mixed(state, sensor)) + pass;
 }
 
 void MitsubaHost::render(const FrameTask& task) {
@@ -217,8 +222,7 @@ void MitsubaHost::render_planes(const FrameTask& task) {
     source_->scene().place_camera(sensor, placement);
 
     FramePlanes planes(stream.size.width, stream.size.height, stream.wants_geometry() ? rendered_aovs_ : "none");
-    const auto most =
-        static_cast<std::uint32_t>(std::max<std::uint64_t>(1, samples_of_a_pass(engine_->variant()) / stream.pixels()));
+    const std::uint32_t most = samples_of_a_pass(engine_->variant(), stream.pixels(), std::max(task.spp, 1u));
     std::uint32_t pass = 0;
     for (std::uint32_t done = 0; done < task.spp; ++pass) {
         if (*task.stop)

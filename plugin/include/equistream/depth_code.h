@@ -87,12 +87,14 @@ double quantisation_bound_rad(const DepthCode& code, const DepthRange& range);
 double depth_tolerance_w(const std::optional<DepthCodeInfo>& code);
 
 /// The range of some pictures' depths: as near as the nearest surface, but not nearer than the code can hold with the
-/// whole error budget at this focal length (what is nearer is clamped). `nearest_m` is +inf where all pixels miss.
-DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, double focal_length_px);
+/// whole error budget at this focal length (what is nearer is clamped). `nearest_m` is +inf where all pixels miss;
+/// `has_empty` is DepthRange's, and takes a part of the levels.
+DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, bool has_empty,
+                       double focal_length_px);
 
 /// What the bound asks for: the w code of the fewest bits whose steps stay within a quarter of the error budget on
 /// either side; w12 where none does.
-DepthCodeId code_for_bound(double box_radius_m, double nearest_m, double focal_length_px);
+DepthCodeId code_for_bound(double box_radius_m, double nearest_m, bool has_empty, double focal_length_px);
 
 // Radial depth at half the columns and half the rows, for tracks that get few bits. No depth is ever made up: each
 // sample is one of those that it stands for. Depths are 1 channel, NaN where there is no surface; sides are even.

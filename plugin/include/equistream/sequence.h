@@ -48,6 +48,10 @@ void require_whole_exr(const std::filesystem::path& file);
 /// few chunks, however large the picture is.
 void check_exr_pixels(const std::filesystem::path& file);
 
+/// A frame that was renamed, or is of another program's making, is the one that its file's name says, and as much
+/// later.
+void number_as_named(FrameInfo& info, std::int64_t index);
+
 /// "frame.0007.exr"
 std::string frame_file_name(std::int64_t index, const std::string& extension = "exr");
 

@@ -34,8 +34,8 @@ struct WindowPlace {
     bool operator==(const WindowPlace&) const = default;
 };
 
-/// What is wrong with a grid, in words; nothing if it is sound. `columns` must be even, at least 2 blocks; a window is
-/// a whole number of blocks wide and high, narrower than the sphere and no higher.
+/// What is wrong with a grid, in words; nothing if it is sound. `columns` must be a multiple of 16 and twice the rows;
+/// a window is a whole number of blocks wide and high, narrower than the sphere and no higher.
 inline std::optional<std::string> window_grid_problem(const WindowGrid& grid) {
     const auto is_blocks = [](int pixels) { return pixels > 0 && pixels % window_block_px == 0; };
     if (!is_blocks(grid.columns) || grid.rows * 2 != grid.columns)

@@ -39,6 +39,7 @@ def draw_all(folder):
     results = load(folder, "window")
     if not results:
         return
+    plt.rcParams.update(looks.STYLE)
     # Results from before heads of later have a panel less.
     panels = len(AXES) + any("later" in result for result in results.values())
     figure, rows = plt.subplots(len(results), panels, figsize=(looks.PAGE_IN, 2.6 * len(results) + 1.6), squeeze=False, sharey="row", layout="constrained")

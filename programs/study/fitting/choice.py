@@ -6,10 +6,10 @@ import math
 from found import known_within_db
 from presets import KNOWN_DB
 from rates import bytes_for
-from steps import Failed
+from steps import Failed, scene_files
 
 from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, highest, is_worth, last_holding, least_over, most_gained_db
-from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, files_of, pair, perspective, windowed
+from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, pair, perspective, windowed
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
 """Fill pass -> the track it fills from."""
@@ -336,7 +336,7 @@ class Fit:
 
         budget_px = last_holding(BUDGETS_PX, holds, 2)
         if budget_px is None:
-            once, way, file = sum(file.stat().st_size for file in files_of(self.work.given)), by_scene(fill, self.told, self.light), ""
+            once, way, file = sum(file.stat().st_size for file in scene_files(self.work.given)[:2]), by_scene(fill, self.told, self.light), ""
         else:
             file = made[budget_px]["model"]
             once, way = made[budget_px]["bytes"], by_model(fill, self.told, self.light, budget_px, file)

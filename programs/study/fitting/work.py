@@ -4,7 +4,6 @@ import dataclasses
 import hashlib
 import json
 import math
-import os
 import pathlib
 
 import equistream as es
@@ -14,6 +13,7 @@ from experiments.systems import Coding, Player, System
 from found import gap_error
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
+from steps import scene_files
 
 RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
 """Track -> what `render` makes it by; a small eye has words of its own."""
@@ -100,18 +100,10 @@ class Light:
         return (*options, *(("--denoise", self.denoise) if self.denoise != "off" else ()))
 
 
-def files_of(description):
-    """A description and its model, where docs/scenes.md says that it is looked for."""
-    model = json.loads(description.read_text())["model"]
-    shared = pathlib.Path(os.environ.get("EQUISTREAM_SCENES", description.parent))
-    places = (description.parent / model, shared / model, shared / pathlib.Path(model).stem / model)
-    return [description, *[place for place in places if place.is_file()][:1]]
-
-
 def fingerprint(description):
     """Another scene, or the same changed, is measured in another folder."""
     sums = hashlib.sha256()
-    for file in files_of(description):
+    for file in scene_files(description):
         with open(file, "rb") as content:
             sums.update(hashlib.file_digest(content, "sha256").digest())
     return sums.hexdigest()[:12]

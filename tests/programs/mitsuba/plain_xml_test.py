@@ -36,8 +36,31 @@ class PlainXml(unittest.TestCase):
 
     def render(self, *parts, integrator='<integrator type="path"/>', out="out", options=()):
         (self.root / "scene.xml").write_text(f'<scene version="3.0.0">{integrator}{SENSOR}{"".join(parts)}</scene>')
-        PROGRAMS.run("render", self.root / "scene.xml", "--host", "mitsuba", *SIZE, "--spp", 4, *options, "--out", self.root / out)
+        PROGRAMS.run("render", self.root / "scene.xml", "--host", "mitsuba", *(options if "--size" in options else [*SIZE, "--spp", 4, *options]), "--out", self.root / out)
         return read_frame(self.root / out / "centre/frame.0000.exr")
+
+    def test_integrators_with_channels_of_their_own_leave_colour_as_it_is(self):
+        """Four passes each, as a scalar variant makes them: of the first alone all channels are taken."""
+        parts = ['<emitter type="constant"/>', placed("sphere", '<bsdf type="diffuse"/>')]
+        path = '<integrator type="path"/>'
+        options = ["--variant", "scalar_rgb", "--size", "1024x512", "--spp", 8, "--small", "right"]
+        plain = self.render(*parts, options=options, out="plain")
+        for kind, settings in (("aov", '<string name="aovs" value="dd:depth"/>'), ("moment", "")):
+            nested = self.render(*parts, integrator=f'<integrator type="{kind}">{settings}{path}</integrator>', options=options, out=kind)
+            for channel in ("R", "G", "B", "A", "depth.Z"):
+                np.testing.assert_array_equal(nested[channel], plain[channel], err_msg=f"{kind} {channel}")
+            small, of = (read_frame(self.root / name / "small/frame.0000.exr")["G"] for name in (kind, "plain"))
+            np.testing.assert_array_equal(small, of, err_msg=f"{kind}, small")
+
+    def test_alpha_is_the_share_that_met_a_surface(self):
+        """Without a sky too, where paths end at the first surface, and where fog lies before it."""
+        lamp = placed("sphere", '<emitter type="area"><rgb name="radiance" value="3"/></emitter>', y=4, scale=0.5)
+        for variant in ("scalar_rgb", "llvm_ad_rgb"):
+            frame = self.render(placed("sphere", '<bsdf type="diffuse"/>'), lamp, options=["--variant", variant, "--max-bounces", 0], out=variant)
+            hit = np.isfinite(frame["depth.Z"])
+            self.assertGreater(frame["A"][hit].min(), 0)
+            self.assertGreater((frame["A"][hit] == 1).mean(), 0.7)
+            self.assertLess((frame["A"][~hit] > 0).mean(), 0.05)
 
     def cast(self):
         PROGRAMS.run("render", self.root / "out/scene.json", *SIZE, "--spp", 1, "--aovs", "depth,ids", "--out", self.root / "glb")

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Steps are skipped as long as what they would make is what is there, and no longer."""
 
+import json
 import os
 import pathlib
 import signal
@@ -11,7 +12,7 @@ import threading
 import time
 import unittest
 
-from steps import Failed, Steps
+from steps import Failed, Steps, scene_files
 
 PATIENCE_S = 20
 PROGRAM = '#!/bin/sh\ncp "$2" "$4" && echo run >> runs\n'
@@ -68,6 +69,22 @@ class SkippedSteps(unittest.TestCase):
             os.utime(scene, (made + 10, made + 10))
             self.assertEqual(self.run_step(given=scene, fresh="made"), 2)
 
+    def test_what_a_scene_consists_of_counts_for_its_description(self):
+        scene = {"model": "room.glb", "camera": {"path": "walk.csv"}, "sky": {"image": "sky.exr"}, "moving": [{"path": "ball.csv"}, {"keys": []}]}
+        files = ("room.glb", "walk.csv", "sky.exr", "ball.csv")
+        for name in files:
+            self.write(name, "", at=1000)
+        self.write("room.json", json.dumps(scene), at=1000)
+        self.assertEqual(set(scene_files(self.work / "room.json")), {self.work / name for name in ("room.json", *files)})
+        for runs, name in enumerate(files, start=1):
+            self.assertEqual([self.run_step(given="room.json"), self.run_step(given="room.json")], [runs, runs], name)
+            os.utime(self.work / "steps/copy.json", (2000, 2000))
+            self.write(name, "", at=2010)
+
+    def test_what_is_gone_is_made_again(self):
+        self.assertEqual(self.run_step(), 1)
+        (self.work / "made").unlink()
+        self.assertEqual([self.run_step(), self.run_step()], [2, 2])
 
     def test_one_that_ran_beside_others_is_not_timed(self):
         steps = Steps(self.work, self.work / "bin", {}, {})

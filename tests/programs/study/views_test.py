@@ -134,6 +134,16 @@ class Truths(unittest.TestCase):
                     self.assertIn("--unbiased", render.words())
                     self.assertEqual(render.samples, preset.truth_samples_of(scene))
 
+    def test_samples_are_of_all_pictures(self):
+        preset = PRESETS["small"]
+        width, height = preset.eye
+        self.assertEqual(render_list.truth(preset, "kitchen", 1).samples_a_frame(), 2 * width * height * 64)
+        columns, across, high = preset.windows[0]
+        around = preset.base_width ** 2 / 2
+        self.assertAlmostEqual(render_list.window(preset, 1, *preset.windows[0]).samples_a_frame() / preset.sphere_samples,
+                               around + columns ** 2 * across * high / 360 ** 2, delta=columns)
+        self.assertIn(f"window-{columns}-1", {render.name for render in render_list.every_render(preset, "kitchen")})
+
     def test_scenes_may_ask_for_more_samples(self):
         self.assertEqual(PRESETS["small"].truth_samples_of("kitchen"), 64)
         self.assertEqual(PRESETS["small"].truth_samples_of("voxel-city"), 32)

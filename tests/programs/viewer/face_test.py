@@ -175,22 +175,38 @@ class Face(Viewing):
         wait_for(lambda: (viewer.screen() != before).any(), "what is typed")
         self.display.tool("key", "Return")
 
+    def warned(self, viewer):
+        red, green, blue = np.moveaxis(viewer.screen()[BIG[1] - 70 : BIG[1], : BIG[0]], -1, 0)
+        return ((red > 180) & (green > 100) & (green < 180) & (blue < 110)).sum() > 40
+
     def test_another_source_is_opened_and_one_that_cannot_be_changes_nothing(self):
         viewer = self.big("--json")
         first = viewer.picture()
         self.type_source(viewer, self.root / "no-such.mkv")
 
-        def warned():
-            red, green, blue = np.moveaxis(viewer.screen()[BIG[1] - 70 : BIG[1], : BIG[0]], -1, 0)
-            return ((red > 180) & (green > 100) & (green < 180) & (blue < 110)).sum() > 40
-
-        wait_for(warned, "a line on what cannot be opened")
+        wait_for(lambda: self.warned(viewer), "a line on what cannot be opened")
         self.assertTrue((viewer.picture() == first).all())
         self.type_source(viewer, self.root / "frames")
         wait_for(lambda: psnr(viewer.picture(), first) < 60, "the folder, which is not coded")
         panel = self.panel_of(viewer)
         self.assertEqual(panel["source"]["kind"], "a folder of frames")
         self.assertEqual(panel["source"]["length"], "0.80 s")
+
+    def test_without_a_source_the_window_asks_for_one(self):
+        viewer = self.big("--json", source="")
+
+        def asked():
+            shown = viewer.screen()[: BIG[1], : BIG[0]]
+            lines = shown[200:280].max(axis=2) > 150
+            return 500 < lines.sum() < 20000 and shown[60:200].max() == 0
+
+        wait_for(asked, "a line in the middle of nothing")
+        self.type_source(viewer, self.root / "no-such.mkv")
+        wait_for(lambda: self.warned(viewer), "a line on what cannot be opened")
+        wait_for(asked, "the line in the middle")
+        self.type_source(viewer, self.stream)
+        wait_for(lambda: self.out.exists() and viewer.screen()[60:200, : BIG[0]].std() > 10, "the stream")
+        self.assertEqual(self.panel_of(viewer)["source"]["kind"], "Matroska / WebM")
 
     def test_what_was_chosen_is_there_again(self):
         config = pathlib.Path(tempfile.mkdtemp(dir=self.root))

@@ -38,9 +38,10 @@ class Viewing(unittest.TestCase):
         shutil.rmtree(cls.root, ignore_errors=True)
 
     def view(self, *words, source=None, size=f"{WIDTH}x{HEIGHT}", paused=True, config=None):
+        shown = [self.stream] if source is None else [source] if source else []
         still = (["--paused"] if paused else []) + (["--size", size] if size else [])
         self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))  # of each viewer: what another wrote is not waited for
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, *still, *words, config=config)
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, *shown, *still, *words, config=config)
         self.addCleanup(viewer.close)
         return viewer
 

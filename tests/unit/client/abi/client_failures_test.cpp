@@ -133,6 +133,18 @@ TEST_F(FolderClients, PauseWhereReadingFailedAndGoOnBeyondIt) {
     EXPECT_EQ(watched.watch_all().back().state.frame, 2);
 }
 
+TEST_F(FolderClients, HoldTimeWhilePaused) {
+    WatchedClient watched(playing());
+    watched.watch([](const Look& look) { return look.state.frame == 1; });
+    watched.client.pause();
+    const Look held = watched.look(0.5);
+    EXPECT_TRUE(held.state.is_paused);
+    EXPECT_EQ(held.state.frame, 1);
+    EXPECT_EQ(watched.look(0.5).state.time_s, held.state.time_s);
+    watched.client.play();
+    EXPECT_GT(watched.watch_all().back().state.frame, 1);
+}
+
 TEST_F(FolderClients, ThatBeginAgainAreNeverOver) {
     es_client_settings looping = playing();
     looping.loop = 1;

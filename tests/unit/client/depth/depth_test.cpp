@@ -131,7 +131,8 @@ TEST_F(RayDepthTest, ExactPlanesGoToTheirOwnViewOnly) {
     FloatImage out(4, 3, 1);
     ExactDepth alone;
     EXPECT_THROW(alone.cast(camera, pose, out.view()), WorkError);
-    alone.add(camera, pose, FloatImage(4, 3, 1, 7.0f));
+    const FloatImage seven(4, 3, 1, 7.0f);
+    alone.add(camera, pose, seven.view());
     alone.cast(camera, pose, out.view());
     EXPECT_EQ(out.pixel(3, 2)[0], 7.0f);
     EXPECT_THROW(alone.cast(camera, Pose{}, out.view()), WorkError);

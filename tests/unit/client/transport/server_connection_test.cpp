@@ -60,6 +60,20 @@ TEST(Poses, AreSentAgainWhereTheViewHasChanged) {
     EXPECT_EQ(views[1], extent_of(camera));
 }
 
+TEST(Poses, AreAtMost30ASecond) {
+    int sent = 0;
+    PoseSender poses;
+    poses.use([&](auto) {
+        ++sent;
+        return true;
+    });
+    const auto start = Clock::now();
+    for (double x_m = 0; seconds_since(start) < 0.5; x_m += 1e-3)
+        poses.send({0, {{x_m, 0, 0}, {1, 0, 0, 0}}});
+    EXPECT_GE(sent, 2);
+    EXPECT_LE(sent, 1 + 30 * seconds_since(start));
+}
+
 TEST(ServerConnections, AServerThatDoesNotAnswerIsGivenUp) {
     SilentServer server(0);
     server.fill_up(0);

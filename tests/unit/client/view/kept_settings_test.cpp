@@ -98,6 +98,29 @@ TEST_F(Kept, DamagedFilesGiveDefaultsAndOneLine) {
     }
 }
 
+/// Two viewers, and a version that knows more.
+TEST_F(Kept, WhatOthersWroteStays) {
+    const KeptSettings was =
+        read(R"({"settings": {"layout": "right", "warmth": "9"}, "recent": ["/b", "/a"], "pen": 1})").kept;
+    KeptSettings first = was, second = was;
+    first.values["layout"] = "sbs";
+    first.insert("/c");
+    first.window = DesktopPlace{1, 2, 3, 4};
+    second.values["fill"] = "off";
+    second.insert("/a");
+    write_kept_settings(file, first, was);
+    write_kept_settings(file, second, was);
+    const KeptSettings both = read_kept_settings(file).kept;
+    EXPECT_EQ(both.values.at("layout"), "sbs");
+    EXPECT_EQ(both.values.at("fill"), "off");
+    EXPECT_EQ(both.window, first.window);
+    EXPECT_EQ(both.recent, (std::vector<std::string>{"/a", "/c", "/b"}));
+    std::ifstream stream(file);
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    EXPECT_NE(text.find("\"warmth\": \"9\""), text.npos) << text;
+    EXPECT_NE(text.find("\"pen\": 1"), text.npos) << text;
+}
+
 TEST_F(Kept, ListsTheLastSourcesOnceAndWithoutSecrets) {
     KeptSettings kept;
     for (int i = 0; i < 12; ++i)

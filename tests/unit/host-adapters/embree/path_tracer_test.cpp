@@ -113,6 +113,34 @@ TEST(Direct, SunOnAMattePlaneIsAlbedoOverPiTimesIrradianceTimesCosine) {
     }
 }
 
+/// Its disc's part above the horizon, whichever way its middle lies: as without asking for the sun.
+TEST(Direct, AWideSunThatHasHalfSetStillShines) {
+    TestScene scene;
+    scene.add(floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0.6f)))));
+    scene.options.max_bounces = 1;
+    scene.lights.sun.emplace(glm::vec3(1, -0.1f, 0), glm::vec3(4), 0.5f);
+    const MeanRadiance seen = scene.look({0, 2, 1}, {0, -2, -1}, 4096);
+    scene.options.next_event = false;
+    const MeanRadiance by_chance = scene.look({0, 2, 1}, {0, -2, -1}, 16384);
+    EXPECT_GT(seen.mean.y, 0.01);
+    EXPECT_NEAR(seen.mean.y, by_chance.mean.y, 4 * (seen.standard_error + by_chance.standard_error));
+}
+
+/// A point's error grows with the way of the ray that found it, and the plane's own coordinate is 0.
+TEST(Direct, APlaneSeenFromFarAboveDoesNotShadeItself) {
+    TestScene scene;
+    scene.add(floor_mesh(4000, 4000, scene.add_material(matte(glm::vec3(0.6f)))));
+    scene.options.max_bounces = 1;
+    scene.lights.sun.emplace(glm::vec3(0.3f, 1, 0.2f), glm::vec3(4), 0.00465f);
+    const double near_y = scene.look({3, 2, 1}, {0.3f, -2, -1}, 32).mean.y;
+    for (const float height_m : {200.0f, 800.0f, 1600.0f})
+        for (int i = 0; i < 64; ++i) {
+            const glm::vec3 from(37.3f * float(i), height_m, -11.9f * float(i));
+            const glm::vec3 towards(std::sin(0.1f * float(i)), -1, 0.013f * float(i));
+            EXPECT_NEAR(scene.look(from, towards, 32).mean.y, near_y, 0.01 * near_y) << height_m << ' ' << i;
+        }
+}
+
 TEST(Direct, SunBelowThePlaneGivesNothing) {
     TestScene scene;
     scene.add(floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0.6f)))));

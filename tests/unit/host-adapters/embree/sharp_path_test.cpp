@@ -145,7 +145,8 @@ TEST_F(SharpPath, AnotherEyeSeesTheSamePointThroughTheVirtualOne) {
     const auto seen_in_mirror = [&](const glm::vec3& eye, const glm::vec3& towards) {
         const auto first = worker_->trace(eye, towards);
         const ShadingPoint p = scene.shading->surface_at(first.id, eye, towards, first.distance);
-        const glm::vec3 from = offset_origin(p.position, p.geometric_normal), on = glm::reflect(towards, p.normal);
+        const glm::vec3 from = offset_origin(p.position, p.geometric_normal, p.reach),
+                        on = glm::reflect(towards, p.normal);
         return from + worker_->trace(from, on).distance * on;
     };
     const glm::vec3 thing = seen_in_mirror({0, 0, 0}, direction);

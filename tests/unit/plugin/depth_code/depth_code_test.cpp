@@ -197,32 +197,37 @@ TEST(DepthCode, PeceDecodesAsThePaperSays) {
 TEST(DepthCode, RangesHoldTheNearestSurfaceWithinTheWholeBudget) {
     for (const DepthCodeId id : all_codes) {
         const auto code = make_depth_code(id);
-        for (const double nearest : {0.02, 0.04, 0.1, 0.3, 1.0, 30.0}) {
-            const DepthRange range = depth_range(*code, 0.0315, nearest, 960);
-            EXPECT_GE(range.near_m, nearest);
-            EXPECT_GT(float(range.near_m), float(range.box_radius_m));
-            EXPECT_LE(quantisation_bound_rad(*code, range), error_budget_rad(960) * (1 + 1e-6));
+        for (const bool has_empty : {false, true}) {
+            for (const double nearest : {0.02, 0.04, 0.1, 0.3, 1.0, 30.0}) {
+                const DepthRange range = depth_range(*code, 0.0315, nearest, has_empty, 960);
+                EXPECT_EQ(range.has_empty, has_empty);
+                EXPECT_GE(range.near_m, nearest);
+                EXPECT_GT(float(range.near_m), float(range.box_radius_m));
+                EXPECT_LE(quantisation_bound_rad(*code, range), error_budget_rad(960) * (1 + 1e-6));
+            }
+            EXPECT_EQ(depth_range(*code, 0.0315, 30, has_empty, 960).near_m, 30);
+            EXPECT_TRUE(std::isfinite(depth_range(*code, 0.0315, HUGE_VAL, has_empty, 960).near_m));
         }
-        EXPECT_EQ(depth_range(*code, 0.0315, 30, 960).near_m, 30);
-        EXPECT_TRUE(std::isfinite(depth_range(*code, 0.0315, HUGE_VAL, 960).near_m));
     }
 }
 
 TEST(DepthCode, TheBoundChoosesNoMoreBitsThanItNeeds) {
     const double quarter = error_budget_rad(960) / 4;
-    for (const auto& [box, nearest] : {std::pair{0.0315, 20.0}, {0.0315, 1.0}, {0.063, 0.3}, {0.2815, 0.5}}) {
-        const DepthCodeId id = code_for_bound(box, nearest, 960);
-        const auto bound = [&](DepthCodeId code) {
-            return quantisation_bound_rad(*make_depth_code(code), {box, nearest, false});
-        };
-        EXPECT_TRUE(id == DepthCodeId::w12 || bound(id) <= quarter);
-        if (id == DepthCodeId::w8)
-            continue;
-        EXPECT_GT(bound(id == DepthCodeId::w12 ? DepthCodeId::w10 : DepthCodeId::w8), quarter);
-    }
-    EXPECT_EQ(code_for_bound(0.0315, 20, 960), DepthCodeId::w8);
-    EXPECT_EQ(code_for_bound(0.0315, 0.5, 960), DepthCodeId::w10);
-    EXPECT_EQ(code_for_bound(0.2815, 0.5, 960), DepthCodeId::w12);
+    for (const bool has_empty : {false, true})
+        for (const auto& [box, nearest] :
+             {std::pair{0.0315, 20.0}, {0.0315, 9.0}, {0.0315, 1.0}, {0.063, 0.3}, {0.2815, 0.5}}) {
+            const DepthCodeId id = code_for_bound(box, nearest, has_empty, 960);
+            const auto bound = [&](DepthCodeId code) {
+                return quantisation_bound_rad(*make_depth_code(code), {box, nearest, has_empty});
+            };
+            EXPECT_TRUE(id == DepthCodeId::w12 || bound(id) <= quarter);
+            if (id == DepthCodeId::w8)
+                continue;
+            EXPECT_GT(bound(id == DepthCodeId::w12 ? DepthCodeId::w10 : DepthCodeId::w8), quarter);
+        }
+    EXPECT_EQ(code_for_bound(0.0315, 20, false, 960), DepthCodeId::w8);
+    EXPECT_EQ(code_for_bound(0.0315, 0.5, false, 960), DepthCodeId::w10);
+    EXPECT_EQ(code_for_bound(0.2815, 0.5, false, 960), DepthCodeId::w12);
 }
 
 TEST(DepthCode, UnknownNamesListTheKnown) {

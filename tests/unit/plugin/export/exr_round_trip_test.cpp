@@ -207,7 +207,9 @@ TEST_F(ExrRoundTrip, openimageio_reads_the_same_values) {
 
 TEST_F(ExrRoundTrip, openimageio_reads_the_attributes) {
     const auto file = folder / "a.exr";
-    write_exr(file, test_frame(64, 32));
+    Frame frame = test_frame(64, 32);
+    frame.info.frames_per_second = 29.97;  // as people type 30000/1001
+    write_exr(file, frame);
     const auto in = OIIO::ImageInput::open(file.string());
     ASSERT_TRUE(in);
     for (int part = 0; part < 2; ++part) {

@@ -237,6 +237,21 @@ TEST_F(ModelTest, AlphaMaskWithCutoffAndWrap) {
     EXPECT_EQ(model.textures[0].encoded.at(1), 'P');
 }
 
+/// Whether or not there are texture coordinates, and for clients, which read less.
+TEST_F(ModelTest, WhatIsCutAwayWholeIsNotThere) {
+    for (const float alpha : {0.4f, 0.6f})
+        for (const bool shading : {false, true}) {
+            GltfBuilder builder = GltfBuilder::triangle();
+            builder.json["materials"] = {
+                {{"alphaMode", "MASK"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, alpha}}}}},
+                nlohmann::json::object()};
+            builder.json["meshes"][0]["primitives"][0]["material"] = 0;
+            builder.json["meshes"][0]["primitives"].push_back(builder.json["meshes"][0]["primitives"][0]);
+            builder.json["meshes"][0]["primitives"][1]["material"] = 1;
+            EXPECT_EQ(load(builder, {.shading = shading}).triangle_count(), alpha < 0.5f ? 1u : 2u) << alpha << shading;
+        }
+}
+
 TEST_F(ModelTest, TextureTransformsMoveTheCoordinates) {
     const auto uvs_with = [&](const Json& transform, const char* texture = "baseColorTexture") {
         GltfBuilder builder = masked_triangle(false);

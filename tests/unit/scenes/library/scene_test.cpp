@@ -68,6 +68,17 @@ TEST_F(SceneTest, LeastDescription) {
     EXPECT_EQ(load_model(scene.model).triangle_count(), 1u);
 }
 
+/// Recorded by one clock.
+TEST_F(SceneTest, MovingObjectsAreOnTheCamerasClock) {
+    write("walk.csv", "1763958005,1,2,3,1,0,0,0\n1763958007,3,2,3,1,0,0,0\n");
+    const SceneDescription scene = load(R"({"model": "model.glb",
+        "camera": {"keys": [{"time_s": 1763958000, "position_m": [0, 0, 0]}, {"time_s": 1763958010, "position_m": [1, 0, 0]}]},
+        "moving": [{"object": "one", "path": "walk.csv"}]})");
+    EXPECT_EQ(scene.camera_path.duration_s(), 10);
+    EXPECT_EQ(scene.moving[0].path.at(5).position_m.x, 1);
+    EXPECT_EQ(scene.moving[0].path.at(6).position_m.x, 2);
+}
+
 TEST_F(SceneTest, FullDescription) {
     write("walk.csv", "0,1,2,3,1,0,0,0\n");
     const SceneDescription scene = load(full);
