@@ -113,8 +113,10 @@ void CpuPipeline::choose_pictures(const ReceivedFrame& frame, PipelineEye& left,
 void CpuPipeline::cast_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                               PipelineTimes& times) {
     SourceDepths memory = std::exchange(depths_, {});
-    if (!takes_depth())
+    if (!takes_depth()) {
+        left.depth_m = right.depth_m = {};
         return;
+    }
     const FrameInfo& main = frame.main.info;
     DepthNeeds needs;
     if (extrapolation_s > 0)

@@ -120,7 +120,7 @@ void DisplayLoop::open_other(const std::string& source) {
     ViewerSettings settings = settings_;
     settings.source = source;
     settings.shown = shown_;
-    settings.paused = false;
+    settings.paused = settings_.source.empty() && settings_.paused;
     settings.requires_hdr = false;
     if (!settings_.source.empty() && KeptSettings::name_of(source) != KeptSettings::name_of(settings_.source)) {
         settings.scene.reset();
@@ -161,6 +161,8 @@ void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
     shown_ = shown;
     presenter_ = std::move(presenter);
     source_ = std::move(source);
+    if (settings_.source.empty())
+        settings_.source = source_->settings.source;
     if (!began_)
         began_ = Clock::now();
     box_.ask_for_title("equistream: " + without_secrets(source_->settings.source));
@@ -185,6 +187,8 @@ void DisplayLoop::draw_without_picture() {
         face_.draw();
         window_.show();
     }
+    if (!opening_)
+        inputs_.forget();  // nothing that turns or moves waits for a picture that nobody asked for
     inputs_.any = false;
     box_.wait(opening_rest_s);
 }

@@ -182,9 +182,10 @@ ReadSettings read_kept_settings(const fs::path& file) {
 }
 
 void write_kept_settings(const fs::path& file, const KeptSettings& kept, const KeptSettings& was) {
-    json all = json_in(file);
+    std::error_code error;
+    json all = fs::exists(file, error) ? json_in(file) : json::object();
     if (!all.is_object())
-        all = json::object();
+        throw WorkError(expected_found(file.string(), "settings of the viewer in JSON", "something else"));
     if (!all["settings"].is_object())
         all["settings"] = json::object();
     for (const auto& [name, value] : kept.values)
@@ -203,7 +204,6 @@ void write_kept_settings(const fs::path& file, const KeptSettings& kept, const K
             merged.insert(kept.recent[i]);
     }
     all["recent"] = merged.recent;
-    std::error_code error;
     fs::create_directories(file.parent_path(), error);  // what is wrong with it, writing says
     write_file_atomically(file, json_text(all, 2) + "\n");
 }

@@ -52,7 +52,8 @@ gl::Size first_size(const ViewerSettings& settings) {
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings) : settings_(settings), kept_(settings.kept), written_(settings.kept) {
-    const std::string title = "equistream: " + without_secrets(settings.source);
+    const std::string title =
+        settings.source.empty() ? "equistream" : "equistream: " + without_secrets(settings.source);
     const std::optional<DesktopPlace>& place = kept_.window;
     if (place && !settings.size && settings.truth.empty())
         window_ = Window::open(title, {place->width, place->height}, place);

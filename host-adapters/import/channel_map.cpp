@@ -94,8 +94,12 @@ std::vector<Layer> layers_of(const std::vector<const ForeignExr*>& files, const 
     std::vector<Layer> layers;
     for (std::size_t set = 0; set < files.size(); ++set)
         for (const ForeignChannel& channel : files[set]->channels()) {
-            if (channel.view != view && !channel.view.empty())
-                continue;  // what names no view is every view's
+            // What names no view is every view's, but for one that has its own.
+            const auto is_own = [&](const ForeignChannel& other) {
+                return other.view == view && other.plain == channel.plain;
+            };
+            if (channel.view != view && (!channel.view.empty() || std::ranges::any_of(files[set]->channels(), is_own)))
+                continue;
             const std::size_t dot = channel.plain.rfind('.');
             std::string name = dot == std::string::npos ? "" : channel.plain.substr(0, dot);
             // One file an AOV: the file's own name is its layer's.

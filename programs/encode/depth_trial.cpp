@@ -58,7 +58,7 @@ public:
         : settings_(beside.settings), colour_bytes_(beside.colour.get().bytes) {
         if (!(colour_bytes_ > 0))
             throw InputError(expected_found(beside.sources.looked_at().folder.string(),
-                                            "colour in the middle frames, whose bits depth is measured by", "none"));
+                                            "middle frames with colour, to compare depth's bits with", "none"));
         for (const DepthTrack& track : tracks)
             frames_.emplace_back(track, beside.sources.frames, settings_.gop);
         settings_.pictures = std::uint32_t(frames_.front().infos.size());

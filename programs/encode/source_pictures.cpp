@@ -243,14 +243,17 @@ FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame,
     MotionPlanes planes{frame.info.camera, frame.info.camera_pose, frame.planes.at("depth").view(), {}, {}};
     if (const auto ids = frame.ids.find("object_id"); ids != frame.ids.end())
         planes.object_id = ids->second.view();
+    FrameInfo here = frame.info;
+    number_as_named(here, index);
     for (const auto& [step, name] : {std::pair{-1, "backward"}, {1, "forward"}}) {
         const std::filesystem::path beside = folder / frame_file_name(index + step);
         if (index + step < 0 || !std::filesystem::exists(beside))
             continue;
         // Where there is no frame, motion was made with a camera that rests, or with one that nobody knows.
-        const FrameInfo there = read_exr_info(beside);
-        const double later_s = there.time_s - frame.info.time_s;
-        if (later_s * step > 0)  // a frame may be held: then both are of one moment
+        FrameInfo there = read_exr_info(beside);
+        number_as_named(there, index + step);
+        const double later_s = there.time_s - here.time_s;
+        if (later_s * step > 0)
             planes.neighbours.push_back({there.camera_pose, later_s, frame.planes.find(name)->second.view()});
     }
     return planes.neighbours.empty() ? FoundMotion{} : find_moving_regions(planes);

@@ -85,6 +85,16 @@ def short_ids(text):
     return re.sub(r'(\bid="|url\(#|href="#)([^)"]+)', lambda match: match[1] + names.get(match[2], match[2]), text), set(names.values())
 
 
+def lean_path(data):
+    """Without spaces around letters, and without those that go without saying: lines lead on from moves and lines."""
+    lean, before = "", ""
+    for letter, numbers in re.findall(r"([A-Za-z])([^A-Za-z]*)", data):
+        lean += " " if letter == "L" and before in ("L", "M") else letter
+        lean += numbers.strip()
+        before = letter
+    return lean
+
+
 def lean_svg(text):
     """A chart of matplotlib's without groups that say nothing, metadata and digits below a tenth of a hundredth of an inch; looks become classes."""
     ElementTree.register_namespace("", SVG)
@@ -98,6 +108,8 @@ def lean_svg(text):
         for key in COORDINATES:
             if key in element.attrib:
                 element.set(key, LONG_NUMBER.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), " ".join(element.get(key).split())))
+        if "d" in element.attrib:
+            element.set("d", lean_path(element.get("d")))
         if element is not root and "style" in element.attrib:
             element.set("class", looks.setdefault(element.attrib.pop("style"), f"a{len(looks)}"))
     unwrap(root)

@@ -108,6 +108,7 @@ void choose_what_is_shown(Arguments& arguments, const cli::CommandLine& app) {
 
 void complete(Arguments& arguments, const cli::CommandLine& app) {
     ViewerSettings& settings = arguments.settings;
+    cli::require(!settings.source.empty() || !settings.headset, "--headset", "a stream or a folder to show", "none");
     choose_what_is_shown(arguments, app);
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
     settings.upload = parse_word<PictureUpload>("--upload", arguments.upload, uploads);

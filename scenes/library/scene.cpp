@@ -87,8 +87,8 @@ PosePath::Key read_key(const JsonReader& json) {
     return key;
 }
 
-/// What "camera" and each of "moving" share: inline keys, or a CSV file whose bytes join the fingerprint. Both are on
-/// one clock, if on another than frames: `clock_start_s`, the camera's.
+/// What "camera" and each of "moving" share: inline keys, or a CSV file whose bytes join the fingerprint. Where
+/// both have another clock than frames, both count from `clock_start_s`, the camera's first key.
 PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& hash, double clock_start_s = 0) {
     if (json.has("keys") == json.has("path"))
         json.fail("one of keys and path");

@@ -233,7 +233,7 @@ PosePath PosePath::on_frame_clock(std::vector<Key> keys, const std::string& wher
         throw InputError(expected_found(
             where, expected,
             formatted("%.17g: milliseconds or nanoseconds?", std::abs(last_s) > max_epoch_s ? last_s : first_s)));
-    if (last_s < 0 || first_s > max_path_s) {
+    if (last_s < 0 || first_s > max_path_s || (clock_start_s < 0 && first_s < 0)) {
         path.clock_start_s_ = clock_start_s != 0 ? clock_start_s : first_s;
         // Doubles of epoch seconds are 0.24 us apart: a last key must not miss its frame for that.
         for (Key& key : path.keys_)

@@ -81,7 +81,7 @@ void GapTiles::dispatch(const Program& program, List list, int shift) const {
 }
 
 void GapTiles::draw_points(List list) const {
-    // A count of work groups and two ones: vertices, instances, and the first vertex.
+    // Of tiles alone there are no more groups than fit into a row: vertices, an instance, and the first vertex.
     static_assert(sizeof(ListsHead::groups[0]) == 4 * sizeof(GLuint));
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, lists_.name());
     // From a buffer that is bound there, Mesa takes a number of draws for this call as well.

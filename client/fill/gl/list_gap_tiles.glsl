@@ -7,6 +7,8 @@ void append(int list, ivec3 tile) {
     uint before = atomicAdd(tile_counts[list], 1u);
     tile_lists[list * (tile_lists.length() / 2) + int(before)] = uint(tile.x) | uint(tile.y) << 15 | uint(tile.z) << 30;
     for (int shift = 0; shift <= TILE_SHIFT; ++shift) {
+        if ((before & ((256u >> (2 * shift)) - 1u)) != 0u)
+            continue;  // not the first of its group
         uint group = before >> (8 - 2 * shift);
         atomicMax(groups[list * (TILE_SHIFT + 1) + shift].x, min(group + 1u, MAX_GROUPS));
         atomicMax(groups[list * (TILE_SHIFT + 1) + shift].y, group / MAX_GROUPS + 1u);

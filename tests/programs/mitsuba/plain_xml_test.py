@@ -53,7 +53,7 @@ class PlainXml(unittest.TestCase):
             np.testing.assert_array_equal(small, of, err_msg=f"{kind}, small")
 
     def test_alpha_is_the_share_that_met_a_surface(self):
-        """Without a sky too, where paths end at the first surface, and where fog lies before it."""
+        """Without a sky too, and where paths end at the first surface."""
         lamp = placed("sphere", '<emitter type="area"><rgb name="radiance" value="3"/></emitter>', y=4, scale=0.5)
         for variant in ("scalar_rgb", "llvm_ad_rgb"):
             frame = self.render(placed("sphere", '<bsdf type="diffuse"/>'), lamp, options=["--variant", variant, "--max-bounces", 0], out=variant)
