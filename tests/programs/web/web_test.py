@@ -53,11 +53,10 @@ def rotated(q, v):
 
 
 # Of the head, around where each frame's is: metres, and degrees to the left and up; then the share of pixels that must
-# be alike in each eye. The last one looks into the roof's laths: a card places corners on 1/256 of a pixel, the CPU does
-# not, and along so many outlines that shows.
-HEADS = [((0, 0, 0), 0, 0, 0.998), ((0.06, 0.02, -0.03), 40, -10, 0.998), ((-0.07, 0, 0.04), 170, 20, 0.998),
+# be alike. The last one looks into the roof's laths: a card places corners on 1/256 of a pixel, the CPU does not, and
+# along so many outlines that shows.
+HEADS = [((0, 0, 0), 0, 0, 0.999), ((0.06, 0.02, -0.03), 40, -10, 0.999), ((-0.07, 0, 0.04), 170, 20, 0.999),
          ((0.03, -0.05, 0.02), -80, 60, 0.99)]
-ALIKE = 0.999  # of all pixels of the eyes of all heads but the last
 
 
 def setUpModule():
@@ -65,7 +64,7 @@ def setUpModule():
     shutil.copy(PAGE, Web.root / "web.html")
     Web.scene = PROGRAMS.scene("pavilion", Web.root)
     Web.frames = Web.root / "frames"
-    PROGRAMS.run("render", Web.scene, "--frames", f"0-{FRAMES - 1}", "--size", "512x256", "--spp", 4, "--progress", "none",
+    PROGRAMS.run("render", Web.scene, "--frames", f"0-{FRAMES - 1}", "--size", "512x256", "--spp", 16, "--progress", "none",
                  "--out", Web.frames)
     Web.folder = Folder(Web.root)
 
@@ -150,7 +149,6 @@ class Accuracy(Web):
         print(file.name, {key: round(float(share), 5) for key, share in shares.items()}, self.said("note"))
         for key, share in shares.items():
             self.assertGreaterEqual(share, HEADS[key[0]][3], f"frame and eye {key} of {file.name}")
-        self.assertGreaterEqual(np.mean([share for (frame, _), share in shares.items() if frame < len(HEADS) - 1]), ALIKE, file.name)
 
     def test_by_depth(self):
         self.compare(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--method", "mesh", "--fill", "pushpull")

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -350,20 +351,32 @@ TEST_F(LivePlayback, WhatMovesIsWhereItIsByNow) {
     }
 }
 
-TEST_F(LivePlayback, PausingStopsThePictureAndNotTheStream) {
+/// While half of a stream comes.
+class PausedLivePlayback : public LivePlayback {
+protected:
+    PausedLivePlayback() {
+        server.give(parts, 0, pictures / 2);
+        loader.emplace(server.address(), FeedOptions{});
+        playback.emplace(*loader);
+        watch([](const Refresh& r) { return r.shown > 0; });
+        playback->pause();
+        paused_at = shown_;
+    }
+    void watch(const std::function<bool(const Refresh&)>& until) { watch_live(*loader, *playback, until); }
+
     PacedServer server;
-    server.give(parts, 0, pictures / 2);
-    FrameLoader loader(server.address(), {});
-    Playback playback(loader);
-    watch_live(loader, playback, [](const Refresh& r) { return r.shown > 0; });
-    playback.pause();
-    const std::int64_t paused_at = shown_;
+    std::optional<FrameLoader> loader;
+    std::optional<Playback> playback;
+    std::int64_t paused_at = -1;
+};
+
+TEST_F(PausedLivePlayback, StopsThePictureAndNotTheStream) {
     server.give(parts, pictures / 2, pictures);
     server.close();
-    watch_live(loader, playback, [&](const Refresh&) { return loader.state().ended; });
+    watch([&](const Refresh&) { return loader->state().ended; });
     EXPECT_EQ(shown_, paused_at);
-    playback.play();
-    watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    playback->play();
+    watch([](const Refresh& r) { return r.is_over; });
     EXPECT_EQ(shown_, pictures - 1);
 }
 
@@ -383,21 +396,14 @@ TEST_F(LivePlayback, AServerThatHasSentAllIsLeft) {
     EXPECT_EQ(playback.overdue_s(), 0);
 }
 
-TEST_F(LivePlayback, APausedPictureStaysWhenTheServerBeginsAnew) {
-    PacedServer server;
-    server.give(parts, 0, pictures / 2);
-    FrameLoader loader(server.address(), {});
-    Playback playback(loader);
-    watch_live(loader, playback, [](const Refresh& r) { return r.shown > 0; });
-    playback.pause();
-    const std::int64_t paused_at = shown_;
-    const auto first_reel = loader.state().reel;
+TEST_F(PausedLivePlayback, KeepsThePictureWhenTheServerBeginsAnew) {
+    const auto first_reel = loader->state().reel;
     server.close();
-    watch_live(loader, playback, [&](const Refresh&) { return playback.attempts() > 0; });
+    watch([&](const Refresh&) { return playback->attempts() > 0; });
     server.give(parts, 0, pictures);
     server.close();
-    watch_live(loader, playback, [&](const Refresh&) { return loader.state().ended; });
-    EXPECT_NE(loader.state().reel, first_reel);
+    watch([&](const Refresh&) { return loader->state().ended; });
+    EXPECT_NE(loader->state().reel, first_reel);
     EXPECT_EQ(shown_, paused_at);
 }
 
