@@ -165,7 +165,11 @@ class Playback(unittest.TestCase):
         choice = report["choice"]
         self.assertEqual({plan["depth"] for plan in choice["tried"]}, {"gl"})
         cheapest = self.auto(self.coded, 1e-3, "--scene", self.scene, "--depth", "gl", "--fill", "none", out="cheapest")
-        self.assert_way(cheapest, "rotation", "none")
+        # Turning and a sphere take about as long: of these, whichever was measured to be faster is taken.
+        choice = cheapest["choice"]
+        self.assertEqual(choice["tried"][choice["chosen"]]["milliseconds"], min(plan["milliseconds"] for plan in choice["tried"]))
+        self.assertIn(cheapest["method"], ("rotation", "proxy-sphere"))
+        self.assertEqual(cheapest["depth"], "none")
         self.assertNotIn("gl_driver", cheapest)
 
     # -- choosing by time
