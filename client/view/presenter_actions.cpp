@@ -98,7 +98,10 @@ void Presenter::act(Action action) {
         {Action::frame_on,
          [&] {
              playback_.pause();
-             playback_.step();
+             if (seeking_s_)
+                 seek(at_s + interval_s);
+             else
+                 playback_.step();
          }},
         {Action::second_back, [&] { seek(at_s - jump_s); }},
         {Action::second_on, [&] { seek(at_s + jump_s); }},

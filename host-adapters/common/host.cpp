@@ -9,6 +9,7 @@
 #include <equistream/text.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -149,7 +150,16 @@ void require_ods_possible(const Typed& typed, const RenderOptions& o) {
                                         "the left or the right eye or both, and no more than their spheres", besides));
 }
 
-RenderOptions checked(const Typed& typed) {
+/// The host is the program: `equistream render` chooses it by the command line, before any settings are read.
+void require_own_host(const std::string& host, const std::string& own) {
+    if (host != own)
+        throw InputError(
+            expected_found("--host", own + ", which this program is",
+                           "'" + host + "'; give --host " + host + " on the command line, not in a settings file"));
+}
+
+RenderOptions checked(const Typed& typed, const std::string& own_host) {
+    require_own_host(typed.host, own_host);
     RenderOptions o = typed.options;
     o.camera = typed.camera == "perspective" ? ES_PERSPECTIVE : typed.camera == "ods" ? ES_ODS : ES_EQUIRECT;
     const bool sphere = o.camera != ES_PERSPECTIVE;
@@ -314,7 +324,7 @@ std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const H
     app.add_option("scene", typed->options.scene, host.scene).required();
     app.add_option("--out", typed->options.out, "Folder for the frames: one sub-folder per eye").required();
     app.add_option("--host", typed->host, "Renderer: embree or mitsuba; this is the help of the one shown")
-        .one_of({host.name})
+        .offers(std::array{host.name})
         .with_default();
     add_camera_options(app, *typed);
     add_frame_options(app, *typed);
@@ -331,7 +341,7 @@ std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const H
     app.add_flag("--dry-run", typed->options.dry_run,
                  "Render nothing: check all options, and say what would be rendered");
     cli::add_json_flag(app, typed->options.json);
-    return [typed] { return checked(*typed); };
+    return [typed, own = host.name] { return checked(*typed, own); };
 }
 
 FrameTimes Timeline::times(std::int64_t index) const {

@@ -219,10 +219,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.head = in.pose("equistream:headPosition", "equistream:headOrientation");
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
     info.ipd_m = in.number("equistream:ipd", 0, max_ipd_m);
-    if (in.text("equistream:camera") == "ods" && info.eye == Eye::centre)
+    if (in.text("equistream:camera") == "ods" && !make_ods(info))
         throw InputError(expected_found(in.file() + ": equistream:eye", "left or right with camera ods", "centre"));
-    if (in.text("equistream:camera") == "ods")
-        std::get<EquirectCamera>(info.camera).ods_side_m = ods_side_m(info.eye, info.ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
     info.head_radius_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);

@@ -229,10 +229,8 @@ Manifest from_json(const json& document, const std::string& where) {
     info.frames_per_second = in.number("frames_per_second", 1e-6, 1e6);
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
     info.ipd_m = in.number("ipd_m", 0, max_ipd_m);
-    if (in.section("camera").text("kind") == "ods" && info.eye == Eye::centre)
+    if (in.section("camera").text("kind") == "ods" && !make_ods(info))
         throw InputError(expected_found("manifest: eye", "left or right with camera ods", "centre"));
-    if (in.section("camera").text("kind") == "ods")
-        std::get<EquirectCamera>(info.camera).ods_side_m = ods_side_m(info.eye, info.ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
     info.head_radius_m = in.number("lean_m", 0, max_head_box_radius_m);
     info.exposure = in.number("exposure", std::numeric_limits<double>::min(), std::numeric_limits<double>::max());

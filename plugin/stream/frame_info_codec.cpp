@@ -252,13 +252,6 @@ std::vector<MovingRegion> get_moving(Reader& in, TrackRole role, const Camera& c
     return unpack_motion_table(bytes, width_of(camera), height_of(camera));
 }
 
-/// Each column's eye is half of what lies between both from the camera's place.
-void make_ods(FrameInfo& info) {
-    if (info.eye == Eye::centre || !(info.ipd_m > 0))
-        damaged("omnidirectional stereo of a left or right eye", "an eye at the centre");
-    std::get<EquirectCamera>(info.camera).ods_side_m = ods_side_m(info.eye, info.ipd_m);
-}
-
 StereoPacking get_packing(Reader& in, TrackRole role) {
     const auto packing = in.get_enum(StereoPacking::top_bottom, "packing of both eyes");
     if (packing != StereoPacking::none && role != TrackRole::main && role != TrackRole::depth)
@@ -288,8 +281,8 @@ TaggedFrameInfo read_fields(Reader& in) {
     info.camera_pose = in.get_pose("camera pose");
     info.head = in.get_pose("head pose");
     info.ipd_m = in.get_number("interpupillary distance", 0, max_ipd_m);
-    if (kind == CameraKind::ods)
-        make_ods(info);
+    if (kind == CameraKind::ods && !make_ods(info))
+        damaged("omnidirectional stereo of a left or right eye", "an eye at the centre");
     info.head_radius_m = in.get_number("head box radius", 0, max_head_box_radius_m);
     info.exposure = in.get_positive("exposure");
     info.seed = in.get<std::uint64_t>();

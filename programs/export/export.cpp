@@ -74,6 +74,14 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     return frames;
 }
 
+/// What is missing of another eye is said before anything is written.
+void require_same_frames(const Source& source, const Source& first, const std::vector<std::int64_t>& frames) {
+    for (const std::int64_t index : frames) {
+        const fs::path file = source.folder / frame_file_name(index);
+        cli::require(fs::exists(file), file.string(), "every frame of " + first.folder.string(), "no such file");
+    }
+}
+
 Frame read_layer(const fs::path& file, bool depth_is_needed) {
     Frame frame = read_exr(file);
     cli::require(frame.planes.contains("colour"), file.string(), "channels R, G and B", "none");
@@ -109,6 +117,7 @@ void run(const Arguments& a) {
     const std::vector<Source> sources = find_sources(a);
     const std::vector<std::int64_t> frames = chosen_frames(sources.front(), a);
     for (const Source& source : sources) {
+        require_same_frames(source, sources.front(), frames);
         cli::require_not_read("--out", a.out, {source.folder});
         if (source.hidden)
             cli::require_not_read("--out", a.out, {*source.hidden});

@@ -12,7 +12,9 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
+#include <fstream>
 #include <memory>
+#include <sstream>
 
 namespace equistream {
 namespace {
@@ -23,6 +25,7 @@ struct GenerateArguments {
     std::vector<std::string> options;
     std::string knob;
     bool list = false;
+    bool overwrite = false;
 };
 
 struct InfoArguments {
@@ -52,6 +55,18 @@ void list_generators() {
     }
 }
 
+/// A scene made by the same command before may be replaced; one that its user has changed since may not.
+void require_no_other(const GeneratedScene& scene, const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / (scene.description.name + ".json");
+    if (!std::filesystem::exists(file))
+        return;
+    std::ostringstream there;
+    there << std::ifstream(file).rdbuf();
+    if (there.str() != description_text(scene.description))
+        throw InputError(expected_found(file.string(), "no scene, or the one that this command makes",
+                                        "another one; choose another folder or --overwrite"));
+}
+
 void generate(const GenerateArguments& arguments) {
     if (arguments.list)
         return list_generators();
@@ -65,6 +80,8 @@ void generate(const GenerateArguments& arguments) {
         settings.push_back(std::string(generator.options.front().name) + "=" + arguments.knob);
     }
     const GeneratedScene scene = make_scene(generator, settings);
+    if (!arguments.overwrite)
+        require_no_other(scene, arguments.folder);
     const std::filesystem::path description = write_scene(scene, arguments.folder);
     print(description.string() + ": " + std::to_string(scene.model.triangle_count()) + " triangles\n");
 }
@@ -183,6 +200,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .add_option("--knob", generating->knob,
                     "value of the scene's first option (--list shows it), such as wires --knob 0.5")
         .type_name("VALUE");
+    generate_command.add_flag("--overwrite", generating->overwrite,
+                              "replace a scene that was changed since, or made with other options");
     generate_command.add_flag("--list", generating->list, "list the scenes and their options");
     cli::CommandLine info_command =
         app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");

@@ -171,7 +171,7 @@ def main():
     if options.json:
         point = chosen.point
         print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "wanted_kb": options.kb, "db": point.db, "db_low": point.low, "db_high": point.high, "frames": options.frames, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
-                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once, "bytes_a_frame_in_all": chosen.bytes_a_frame(fit.path_frames),
+                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "seeds": chosen.trials, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once, "bytes_a_frame_in_all": chosen.bytes_a_frame(fit.path_frames),
                           "reflections": chosen.told, "window": chosen.point.way.window, "why": fit.why, "seconds": round(time.time() - began, 1),
                           "command": f"equistream fit {options.scene.name} {wanted}", **provenance(options.bin, REPOSITORY)}, indent=1))
         return

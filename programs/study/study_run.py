@@ -126,6 +126,8 @@ class Study:
         SceneWork(self.work, self.options.bin, job.scene, self.preset, self.progress).render_part(job.render, job.first, job.last)
 
     def draw(self):
+        if not any(self.options.out.glob("*/*.json")):
+            raise Failed(f"{self.options.out}: expected what a study measured, EXPERIMENT/SCENE.json, found none")
         for chart in (charts.systems, charts.paper, charts.parity, charts.parsimony, charts.stability, charts.related, charts.window):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)

@@ -45,6 +45,10 @@ class Failing(unittest.TestCase):
         one, other = (OFF * (random.random(SHAPE) < 0.05) for _ in range(2))
         figures, mirrored = self.figures(one, at((0, 0)), other), self.figures(other, at((0, 0)), one)
         self.assertEqual((figures["failing_share"], figures["failing_by_chance"]), (mirrored["failing_by_chance"], mirrored["failing_share"]))
+        near = [sum(abs(y - v) <= 1 and abs(x - u) <= 1 for v, u in zip(*other.nonzero())) > 0 for y, x in zip(*one.nonzero())]
+        self.assertEqual(figures["failing_share"], near.count(False) / 80)
+        self.assertGreater(figures["failing_share"], 0)
+        self.assertGreater(figures["failing_by_chance"], 0)
 
     def test_nothing_fails_beside_itself(self):
         off = np.arange(80).reshape(SHAPE)

@@ -91,6 +91,13 @@ inline int picture_height(const FrameInfo& info) {
                         : height_of(info.camera) * (info.packing == StereoPacking::top_bottom ? 2 : 1);
 }
 
+/// Makes its sphere one of omnidirectional stereo for its eye. False: its eye is the centre, or its eyes are one.
+[[nodiscard]] inline bool make_ods(FrameInfo& info) {
+    const double side_m = ods_side_m(info.eye, info.ipd_m);
+    std::get<EquirectCamera>(info.camera).ods_side_m = side_m;
+    return side_m != 0;
+}
+
 /// Of a frame whose picture holds both eyes, or whose left eye is rendered: what a picture of the right one alone says.
 inline FrameInfo right_eye_of(FrameInfo info) {
     info.packing = StereoPacking::none;

@@ -49,6 +49,8 @@ class Chosen:
     told: bool = False
     """Of mirrors and glass."""
     geometry_file: object = None
+    trials: int = 0
+    """Seeds that its file was tried with."""
 
     def bytes_a_frame(self, path_frames):
         return self.point.bytes + self.bytes_once / path_frames

@@ -6,32 +6,47 @@ With noise of its own: the search takes what looks best on one noise, and on ano
 import dataclasses
 import hashlib
 import json
+import math
+import statistics
 
 import found
 from steps import Failed, write_if_other
 
-from .report import sections_of, settings_text
+from .report import level_text, sections_of, settings_text
 from .search import BEST_CRF, WORST_CRF
 
 
-SEEDS = 3, 4
+SEEDS = tuple(range(3, 11))
 """None of the search's, none of a truth's."""
+FEWEST = 3
+KNOWN_DB = 0.05
+"""The mean of all seeds, from so many of them on: its standard error."""
 
 
-def with_point(chosen, **figures):
-    return dataclasses.replace(chosen, point=dataclasses.replace(chosen.point, **figures))
+def with_point(chosen, trials=0, **figures):
+    return dataclasses.replace(chosen, trials=trials, point=dataclasses.replace(chosen.point, **figures))
 
 
 def measured(work, chosen, asked, codec):
-    """`chosen` with the figures that its file's own commands have: of all SEEDS together, and an interval that holds the interval of each."""
+    """`chosen` with the figures that its file's own commands have: of as many SEEDS together as it takes, and an interval that holds the interval of each."""
     model = work.folder / chosen.model_file if chosen.model_px else chosen.geometry_file
     sections = sections_of(dataclasses.replace(chosen, geometry_file=model), asked, codec)
-    entries, sent = zip(*(played(work, sections, seed) for seed in SEEDS))
-    errors = [found.error(entry, kind=found.WHOLE) for entry in entries]
-    both = found.together(errors)
+    errors, sent = [], []
+    for seed in SEEDS:
+        entry, size = played(work, sections, seed)
+        errors.append(found.error(entry, kind=found.WHOLE))
+        sent.append(size)
+        if len(errors) >= FEWEST and is_known([error["db"] for error in errors]):
+            break
+    all_of_them = found.together(errors)
     lows, highs = ([error[end] for error in errors] for end in ("db_low", "db_high"))
-    return with_point(chosen, db=both["db_low" if both["only_bounded"] else "db"], low=None if None in lows else min(lows), high=None if None in highs else max(highs),
-                      bytes=sum(sent) / len(sent) / (asked.last - asked.first + 1))
+    return with_point(chosen, db=all_of_them["db_low" if all_of_them["only_bounded"] else "db"], low=None if None in lows else min(lows),
+                      high=None if None in highs else max(highs), bytes=statistics.mean(sent) / (asked.last - asked.first + 1), trials=len(errors))
+
+
+def is_known(levels):
+    """Whether the mean of these is. What the truths' noise leaves unknown, no more seeds will tell."""
+    return None in levels or statistics.stdev(levels) / math.sqrt(len(levels)) <= KNOWN_DB
 
 
 def played(work, sections, seed):
@@ -65,5 +80,6 @@ def tried_file(fit, chosen, level=None, limit=None):
             raise Failed(f"--kb {limit / 1000:g}: the search had {taken(chosen):,.0f} bytes a frame, the settings file's own commands have {taken(tried):,.0f} at CRF {tried.crf}")
         tried = measured(fit.work, with_point(tried, crf=tried.crf + 1), fit.asked, fit.codec)
     other = f", coded {'finer' if tried.crf < chosen.crf else 'coarser'}: CRF {tried.crf} in place of {chosen.crf}" if tried.crf != chosen.crf else ""
-    fit.why.append(f"by this file's own commands, on other noise: {tried.point.db:.2f} dB and {taken(tried):,.0f} bytes a frame, where the search had {chosen.point.db:.2f} and {taken(chosen):,.0f}{other}")
+    fit.why.append(f"by this file's own commands, with {tried.trials} seeds that the search had not: {level_text(tried.point)} dB (the interval holds each of them) and "
+                   f"{taken(tried):,.0f} bytes a frame, where the search had {chosen.point.db:.2f} and {taken(chosen):,.0f}{other}")
     return tried

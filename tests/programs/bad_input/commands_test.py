@@ -84,6 +84,26 @@ class Models(Commands):
         self.done("scene", "generate", "orientation", "--out", self.scenes)
         self.assert_kept(self.scenes / "orientation.json", "a client's model to replace", "orientation.json")
 
+    def test_a_scene_that_its_user_changed_is_generated_anew_only_where_asked(self):
+        generate = ["scene", "generate", "orientation", "--out", self.scenes]
+        self.done(*generate)
+        self.done(*generate)
+        file = self.scenes / "orientation.json"
+        made = file.read_text()
+        file.write_text(made.replace("{", "{ ", 1))
+        before = contents(self.scenes)
+        self.refused(generate, file, "--overwrite")
+        self.assertEqual(contents(self.scenes), before)
+        self.done(*generate, "--overwrite")
+        self.assertEqual(file.read_text(), made)
+
+    def test_a_host_in_a_settings_file_must_be_the_one_that_runs(self):
+        settings = self.out / "host.ini"
+        settings.write_text("[render]\nhost = mitsuba\n")
+        self.refused(["render", self.description, "--settings", settings, "--out", self.out / "frames"], "--host: expected embree", "on the command line")
+        settings.write_text("[render]\nhost = embree\n")
+        self.done("render", self.description, "--settings", settings, "--dry-run", "--out", self.out / "frames")
+
     def test_geometry_that_no_model_names_is_not_replaced(self):
         (self.scenes / "alone.glb").write_bytes(b"somebody's")
         self.assert_kept(self.scenes / "alone.json", "a client's model to replace", "alone.glb")

@@ -357,26 +357,36 @@ class Trial(unittest.TestCase):
     def tried(self, db_of, level, limit=None):
         fit = types.SimpleNamespace(why=[], work=None, asked=None, codec="h264", path_frames=10)
         chosen = Chosen(Point(by_scene(Fill(), False, Light(1)), 512, 30, 25.2, 25.0, 25.4, 1000), Fill(), 0, depth_share=0.1)
-        with unittest.mock.patch.object(fit_trial, "measured", lambda _work, chosen, *_: fit_trial.with_point(chosen, db=db_of(chosen.crf), bytes=1600 - 20 * chosen.crf)):
+        with unittest.mock.patch.object(fit_trial, "measured", lambda _work, chosen, *_: fit_trial.with_point(chosen, 3, db=db_of(chosen.crf), bytes=1600 - 20 * chosen.crf)):
             return fit_trial.tried_file(fit, chosen, level, limit), fit.why
 
-    def test_all_seeds_count_and_the_interval_has_each(self):
-        def entry(squares):
-            return {"whole": {eye: {"whole": {"linear": {"mean_square": squares[1], "mean_square_low": squares[0], "mean_square_high": squares[2]}}} for eye in ("left", "right")}}
+    def measured(self, *squares):
+        """What is promised where each of these is a seed's mean square, known within a tenth, of a stream of 900 bytes, 1,100 and so on."""
+        def entry(square):
+            return {"whole": {eye: {"whole": {"linear": {"mean_square": square, "mean_square_low": 0.9 * square, "mean_square_high": 1.1 * square}}} for eye in ("left", "right")}}
 
-        of_seed = dict(zip(fit_trial.SEEDS, ((entry((0.0009, 0.001, 0.0011)), 900), (entry((0.0027, 0.003, 0.0033)), 1100))))
+        of_seed = {seed: (entry(square), 900 + 200 * i) for i, (seed, square) in enumerate(zip(fit_trial.SEEDS, squares))}
         chosen = Chosen(Point(by_scene(Fill(), False, Light(1)), 512, 30, 25.2, 25.0, 25.4, 1000), Fill(), 0, depth_share=0.1)
         asked = Asked((640, 360), 90.0, 30, 31, 64, 64, 1)
         with unittest.mock.patch.object(fit_trial, "played", lambda _work, _sections, seed: of_seed[seed]):
-            point = fit_trial.measured(types.SimpleNamespace(), chosen, asked, "h264").point
-        for found, square in ((point.db, 0.002), (point.low, 0.0033), (point.high, 0.0009)):
+            return fit_trial.measured(types.SimpleNamespace(), chosen, asked, "h264")
+
+    def test_all_seeds_count_and_the_interval_has_each(self):
+        tried = self.measured(0.001, 0.003, 0.001, 0.003, 0.001, 0.003, 0.001, 0.003)
+        for found, square in ((tried.point.db, 0.002), (tried.point.low, 0.0033), (tried.point.high, 0.0009)):
             self.assertAlmostEqual(found, -10 * math.log10(square))
-        self.assertEqual(point.bytes, 500)
+        self.assertEqual((tried.trials, tried.point.bytes), (8, 800))
+
+    def test_there_are_no_more_seeds_than_the_mean_needs(self):
+        self.assertEqual(self.measured(0.001, 0.001, 0.001).trials, 3)  # seeds that are not there are not asked for
+        self.assertEqual(self.measured(0.001, 0.00101, 0.00099).trials, 3)
+        self.assertEqual(self.measured(0.001, 0.00102, 0.00097, 0.001).trials, 4)  # known within 0.063 dB, and then within 0.045
 
     def test_the_figures_are_the_trials(self):
         chosen, why = self.tried(lambda crf: 25.1, 25)
         self.assertEqual((chosen.crf, chosen.point.db, chosen.point.bytes), (30, 25.1, 1000))
-        self.assertIn("25.10 dB and 1,000 bytes a frame, where the search had 25.20", why[-1])
+        self.assertIn("with 3 seeds that the search had not: 25.10 [25.00, 25.40] dB", why[-1])
+        self.assertIn("and 1,000 bytes a frame, where the search had 25.20", why[-1])
 
     def test_a_file_that_falls_short_is_coded_finer(self):
         chosen, why = self.tried(lambda crf: 24.8 + 0.1 * (30 - crf), 25)

@@ -282,17 +282,21 @@ class Streams(Web):
         (self.root / "empty.mp4").write_bytes(damaged)
         self.assertIn("expected samples that have bytes", self.problem_of("src=empty.mp4"))
 
-    def test_every_lap_has_all_frames(self):
-        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+    def watch_taken(self, then=""):
+        """From now on `taken` lists the frames that the player shows."""
         self.browser.evaluate("""(() => {
             const {player} = equistream, take = player.take;
-            player.seek(0);
+            %s
             globalThis.taken = [];
             player.take = function () {
                 take.call(this);
                 taken.push(this.shown.index);
             };
-        })()""")
+        })()""" % then)
+
+    def test_every_lap_has_all_frames(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.watch_taken("player.seek(0);")
         self.browser.wait_for(f"taken.length >= {3 * FRAMES}")
         self.assertEqual(self.browser.evaluate(f"taken.slice(0, {3 * FRAMES})"), 3 * list(range(FRAMES)))
 
@@ -301,10 +305,14 @@ class Streams(Web):
         self.open(f"src={file.name}&loop=0")
         self.browser.wait_for("equistream.player.isAtEnd")
         self.assertFalse(self.browser.evaluate("equistream.player.plays"))
+        self.watch_taken()
         self.browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', {key: ' '}))")
-        self.browser.wait_for("equistream.player.plays && equistream.player.time < 2 / 30 || equistream.player.isAtEnd")
-        self.browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', {key: ' ', repeat: true}))")
-        self.browser.wait_for("equistream.player.isAtEnd")
+        self.browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', {key: ' ', repeat: true}))")  # a key held down pauses nothing
+        self.browser.wait_for("taken.length > 0 && equistream.player.isAtEnd")
+        taken = self.browser.evaluate("taken")
+        self.assertEqual(taken, sorted(set(taken)))
+        self.assertLess(taken[0], FRAMES - 1)
+        self.assertEqual(taken[-1], FRAMES - 1)
 
     def test_a_live_stream_that_nobody_looks_at_keeps_its_newest_frame_alone(self):
         file = self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1)
@@ -471,19 +479,28 @@ class Serve(Web):
         _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--viewers", 1)
         host, port = url.removeprefix("http://").rstrip("/").split(":")
 
-        def answer():
-            """The first bytes that come after an upgrade by a page of this server; the connection stays."""
+        def connected():
+            """To this server, asking for an upgrade as its page does; the connection stays."""
             connection = socket.create_connection((host, int(port)), 30)
             self.addCleanup(connection.close)
             connection.sendall(f"GET /stream HTTP/1.1\r\nHost: {host}:{port}\r\nOrigin: http://{host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
                                "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode())
+            return connection
+
+        def answer():
             try:
-                return connection.recv(12)
+                return connected().recv(12)
             except ConnectionError:
                 return b""
 
         self.assertEqual(answer(), b"HTTP/1.1 101")  # the one that there is room for
-        for _ in range(64):
+        with connected().makefile("rb") as refused:
+            while refused.readline().strip():
+                pass
+            opcode, length, code = struct.unpack(">BBH", refused.read(4))
+            self.assertEqual((opcode, code), (0x88, 1013))  # closed; "try again later"
+            self.assertIn("no room", refused.read(length - 2).decode())
+        for _ in range(63):
             self.assertEqual(answer(), b"HTTP/1.1 101")  # said "no room" then, and waited for
         self.assertEqual(answer(), b"")
 
