@@ -44,10 +44,9 @@ def promises(report):
     def db(value):
         return "-" if value is None else f"{value:.2f}"
 
-    rows = [[name, f"{each['wanted_db']}", db(each["promised_db"]), f"{db(each['found_db'])} [{db(each['found_low'])}, {db(each['found_high'])}]",
-             f"{db(min(each['found_each']))} to {db(max(each['found_each']))}", f"{each['found_db'] - each['promised_db']:+.2f}"]
+    rows = [[name, f"{each['wanted_db']}", db(each["promised_db"]), db(each["found_db"]), str(len(each['found_each'])), f"{db(min(each['found_each']))} to {db(max(each['found_each']))}", f"{each['found_db'] - each['promised_db']:+.2f}"]
             for name, scene in report["scenes"].items() for each in scene["promises"]]
-    return table(["scene", "asked for, dB", "promised", "found [95 %]", "each seed", "difference"], rows, 1)
+    return table(["scene", "asked for, dB", "promised", "found", "seeds", "each alone", "difference"], rows, 1)
 
 
 def mutations(report):

@@ -4,14 +4,18 @@ Accuracy is taken to fall with the CRF and to rise with the width; bytes for one
 """
 
 import math
+import statistics
 
 from scipy.interpolate import PchipInterpolator
+from scipy.stats import t as student
 
 BEST_CRF, WORST_CRF = 4, 44
 DB_A_CRF = 0.4
 """How much a step of the CRF is thought to lose before two were measured."""
 CLOSE_DB = 0.1
 """What is not worth paying for."""
+FEWEST_SEEDS, MEAN_DB = 3, 0.15
+"""A mean over seeds is taken from so many on, and known where half of its 95 % interval is no wider."""
 
 
 def last_holding(values, holds, start=0):
@@ -87,6 +91,14 @@ def cheapest(values, best_at):
             break
         found = here
     return found
+
+
+def mean_is_known(levels):
+    """Of one thing's, by seeds: whether more of them are not needed. None: the truths' noise hides the level, and no more seeds will tell."""
+    count = len(levels)
+    if count < FEWEST_SEEDS:
+        return False
+    return None in levels or float(student.ppf(0.975, count - 1)) * statistics.stdev(levels) / math.sqrt(count) <= MEAN_DB
 
 
 def is_worth(gain_db, times, times_by_coding):

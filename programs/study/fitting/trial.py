@@ -6,21 +6,17 @@ With noise of its own: the search takes what looks best on one noise, and on ano
 import dataclasses
 import hashlib
 import json
-import math
 import statistics
 
 import found
 from steps import Failed, write_if_other
 
 from .report import level_text, sections_of, settings_text
-from .search import BEST_CRF, WORST_CRF
+from .search import BEST_CRF, WORST_CRF, mean_is_known
 
 
-SEEDS = tuple(range(3, 11))
+SEEDS = tuple(range(101, 133))
 """None of the search's, none of a truth's."""
-FEWEST = 3
-KNOWN_DB = 0.05
-"""The mean of all seeds, from so many of them on: its standard error."""
 
 
 def with_point(chosen, trials=0, **figures):
@@ -36,17 +32,12 @@ def measured(work, chosen, asked, codec):
         entry, size = played(work, sections, seed)
         errors.append(found.error(entry, kind=found.WHOLE))
         sent.append(size)
-        if len(errors) >= FEWEST and is_known([error["db"] for error in errors]):
+        if mean_is_known([error["db"] for error in errors]):
             break
     all_of_them = found.together(errors)
     lows, highs = ([error[end] for error in errors] for end in ("db_low", "db_high"))
     return with_point(chosen, db=all_of_them["db_low" if all_of_them["only_bounded"] else "db"], low=None if None in lows else min(lows),
                       high=None if None in highs else max(highs), bytes=statistics.mean(sent) / (asked.last - asked.first + 1), trials=len(errors))
-
-
-def is_known(levels):
-    """Whether the mean of these is. What the truths' noise leaves unknown, no more seeds will tell."""
-    return None in levels or statistics.stdev(levels) / math.sqrt(len(levels)) <= KNOWN_DB
 
 
 def played(work, sections, seed):
