@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """What networks do to a stream: docs/results/stream.json.
 
-usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,viewers,live,faults,pose]
+usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,page,viewers,live,faults,pose]
 
 Needs root: real sockets in two network namespaces, with a line between them that is emulated packet by packet (emulated.py).
 
 lines: `equistream serve` sends a recorded stream of the bundled scene `motion` in time with its frames. The other side notes when each sphere is there,
 decoded. `play --network trace=` then shows what a viewer sees at each refresh, for a head that moves on meanwhile, and `compare` scores it against a render
 of that refresh's own time. The scene glows, so there is no noise, and nothing but lateness differs between lines.
+
+page: the same stream in Chromium, by `serve --web` over https, while its head turns (page_lines.py).
 
 viewers: one and eight at a time, each with a decoder of its own.
 
@@ -34,6 +36,7 @@ import time
 
 TESTS = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(TESTS.parent / "programs/study"), str(TESTS / "stress"), str(TESTS / "programs"), str(TESTS / "programs/viewer"), str(pathlib.Path(__file__).resolve().parent)]
+import page_lines  # noqa: E402
 from emulated import SERVER, Line, Network  # noqa: E402
 from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402
@@ -113,7 +116,8 @@ class Server:
     def __init__(self, programs, source, listen, *words):
         self.process = subprocess.Popen([programs / "equistream-serve", *map(str, (source, "--listen", listen, "--progress", "json", "--json", "--open", *words))],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ, EQUISTREAM_SECRET=SECRET))
-        self.url = json.loads(self.process.stdout.readline())["listening"]
+        self.said = json.loads(self.process.stdout.readline())
+        self.url = self.said["listening"]
         self.began, self.events = time.monotonic(), []
         threading.Thread(target=self.listen, daemon=True).start()
 
@@ -219,6 +223,18 @@ def lines(options, steps, keep, kept):
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
     keep("lines", [*(row for row in kept if row["way"] not in options.ways.split(",")), *rows], f"lines by {options.ways}")
+
+
+def page(options, steps, keep, kept):
+    make_inputs(steps)
+    rows = []
+    for name, line in page_lines.LINES.items():
+        for seed in SEEDS:
+            found = in_a_child(lambda: page_lines.shown(lambda *words: Server(options.bin, steps.work / "motion.mkv", f"tcp://{SERVER}:9000", *words),
+                                                        SECRET, steps.work / "page.pem", line, seed))
+            rows.append({"line": name, "seed": seed, "problem": found["problem"], "packets": found["packets"], "packets_lost": found["packets_lost"], **page_lines.figures(found)})
+            print(rows[-1], file=sys.stderr, flush=True)
+    keep("page", rows)
 
 
 def viewers(options, steps, keep, kept):
@@ -355,6 +371,15 @@ def line_rows(rows):
                    cell(statistics.mean(row["age_ms"]["mean"] for row in found), 0) if is_scored else "-"]
 
 
+def page_rows(rows):
+    for line in page_lines.LINES:
+        found = [row for row in rows if row["line"] == line and "shown" in row]
+        if found:
+            yield [line, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1), span([row["first_picture_ms"] for row in found]),
+                   span([row["shown"] for row in found]), *(span([row["later_ms"][key] for row in found]) for key in ("median", "p95", "most")),
+                   *(span([row["between_refreshes_ms"][key] for row in found]) for key in ("median", "most"))]
+
+
 def viewer_rows(rows):
     for row in rows:
         yield [row["way"], str(row["viewers"]), *(span([late[key] for late in row["late_ms"]]) for key in ("median", "p95", "most"))]
@@ -384,6 +409,9 @@ def write_page(found, page):
     if "lines" in found:
         text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "spheres come late, median, ms", "95 %", "the latest", "lost to the viewer, dB", "age of what is seen, ms"],
                                                     line_rows(found["lines"])))
+    if "page" in found:
+        text = place(text, "page", "stream", table(["line", "packets lost, %", "first picture, ms", "spheres shown", "later, median, ms", "95 %", "the latest",
+                                                    "between refreshes, median, ms", "at most"], page_rows(found["page"]), 1))
     if "viewers" in found:
         text = place(text, "viewers", "stream", table(["by", "viewers", "spheres come late, median, ms", "95 %", "the latest"], viewer_rows(found["viewers"])))
     if "live" in found:
@@ -400,7 +428,7 @@ def main():
     parser.add_argument("--other-bin", type=pathlib.Path, help="the same, of a server that leaves congestion control to the system")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
     parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
-    parser.add_argument("--parts", default="lines,viewers,live,faults,pose", help="which of them")
+    parser.add_argument("--parts", default="lines,page,viewers,live,faults,pose", help="which of them")
     parser.add_argument("--ways", default=",".join(WAYS), help="of the lines; figures of others are kept")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
@@ -417,7 +445,7 @@ def main():
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
-        {"lines": lines, "viewers": viewers, "live": live, "faults": faults, "pose": pose}[part](options, steps, keep, kept.get(part, []))
+        {"lines": lines, "page": page, "viewers": viewers, "live": live, "faults": faults, "pose": pose}[part](options, steps, keep, kept.get(part, []))
     write_page(kept, options.page)
 
 
