@@ -306,7 +306,7 @@ void add_quality_options(cli::CommandLine& app, Typed& t) {
            "--aovs", t.options.aovs,
            "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before it was denoised; "
            "guides: what the denoiser goes by; samples, variance: of what is accumulated; reference: a few pixels "
-           "with many samples, for the confidence map")
+           "with many samples, for the confidence map; cryptomatte: objects and materials by name")
         .with_default();
 }
 
