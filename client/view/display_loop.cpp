@@ -62,20 +62,33 @@ void DisplayLoop::take_inputs() {
     if (window_inputs_.window.width > 0 && window_inputs_.window.height > 0)
         face_.resize(window_inputs_.window, window_inputs_.scale);
     router_.route(window_inputs_, face_, inputs_);
-    if (presenter_ == nullptr)
-        act_without_picture();
     if (auto dropped = std::exchange(inputs_.dropped, std::nullopt))
         open_other(*dropped);
     grant_wishes();
+    if (presenter_ == nullptr)
+        act_without_picture();
 }
 
 /// What else is pressed waits for the picture.
 void DisplayLoop::act_without_picture() {
     std::erase_if(inputs_.pressed, [this](Action action) {
-        quit_ = quit_ || action == Action::quit;
-        if (action == Action::open)
+        switch (action) {
+        case Action::quit:
+            quit_ = true;
+            return true;
+        case Action::open:
             face_.ask_for_source();
-        return action == Action::quit || action == Action::open;
+            return true;
+        case Action::help:
+            face_.turn_help_page();
+            return true;
+        case Action::fullscreen:
+            box_.ask_for_fullscreen_toggle();
+            window_.wake();
+            return true;
+        default:
+            return false;
+        }
     });
 }
 
@@ -126,7 +139,7 @@ void DisplayLoop::open_other(const std::string& source) {
         settings.scene.reset();
         settings.truth.clear();
     }
-    resume_s_.reset();
+    resumes_ = is_first_ = false;
     may_reopen_ = true;
     open(std::move(settings));
 }
@@ -136,7 +149,7 @@ void DisplayLoop::finish_opening() {
     try {
         show(opening->take());
     } catch (const std::exception& error) {
-        if (presenter_ == nullptr && !settings_.source.empty())
+        if (presenter_ == nullptr && is_first_)
             throw;
         may_reopen_ = false;
         if (presenter_ != nullptr)
@@ -151,13 +164,13 @@ void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
     ShownSettings shown = shown_;
     if (!source->settings.scene)
         shown.by_geometry = false;
+    else if (source_ && !source_->settings.scene)
+        shown.by_geometry = settings_.shown.by_geometry;  // the command line's source is there again
     auto presenter = std::make_unique<Presenter>(
         *source, shown, Presenter::Place{.box = box_, .window = window_, .face = face_, .headset = headset_.get()});
-    if (resume_s_ && presenter_ != nullptr)
-        presenter->look_as(*presenter_);
-    if (resume_s_ && !source->loader.is_live())
-        presenter->seek(*resume_s_);
-    resume_s_.reset();
+    if (resumes_ && presenter_ != nullptr)
+        presenter->go_on_from(*presenter_);
+    resumes_ = false;
     shown_ = shown;
     presenter_ = std::move(presenter);
     source_ = std::move(source);
@@ -210,8 +223,7 @@ void DisplayLoop::ask_for_more() {
         return;
     ViewerSettings settings = source_->settings;
     settings.shown = shown_;
-    settings.paused = presenter_->is_paused();
-    resume_s_ = presenter_->time_s();
+    resumes_ = true;
     open(std::move(settings));
 }
 

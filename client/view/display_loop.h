@@ -55,9 +55,10 @@ private:
     WindowInputs window_inputs_;
     ViewInputs inputs_;
     std::unique_ptr<SourceOpening> opening_;
-    std::string problem_;             ///< why the last one could not be opened, where no other is shown
-    std::optional<double> resume_s_;  ///< where the source that is being opened goes on
-    ShownSettings shown_;             ///< as it was last
+    std::string problem_;   ///< why the last one could not be opened, where no other is shown
+    bool is_first_ = true;  ///< it is the command line's
+    bool resumes_ = false;  ///< it goes on where the one that is shown is
+    ShownSettings shown_;   ///< as it was last
     KeptSettings kept_;
     std::unique_ptr<WatchedSource> source_;
     std::unique_ptr<Presenter> presenter_;  ///< null: no source was opened yet; gone before its source

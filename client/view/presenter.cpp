@@ -29,8 +29,8 @@ Presenter::Presenter(WatchedSource& source, const ShownSettings& shown, const Pl
     : source_(source), settings_(source.settings), shown_(shown), truth_(source.truth ? &*source.truth : nullptr),
       fov_deg_(first_fov_deg()), loader_(source.loader), poses_(source.poses), box_(place.box), window_(place.window),
       face_(place.face), headset_(place.headset), playback_(loader_, settings_.paused), renderer_(make_renderer(shown)),
-      recorder_(settings_.out), began_s_(loader_.now_s()), now_s_(began_s_), refreshes_(meter_window_s),
-      frames_(meter_window_s), bits_(meter_window_s) {
+      recorder_(std::make_unique<Recorder>(settings_.out)), began_s_(loader_.now_s()), now_s_(began_s_),
+      refreshes_(meter_window_s), frames_(meter_window_s), bits_(meter_window_s) {
     // Not when its first picture comes, which may be in the midst of it all: a shader takes longer than a refresh.
     if (loader_.has_transfer("smpte2084"))
         make_hdr_display();
@@ -53,10 +53,17 @@ double Presenter::first_fov_deg() const {
     return settings_.fov_deg.value_or(truth_ != nullptr ? truth_->camera().fov_x_rad * 180 / pi : default_view_fov_deg);
 }
 
-void Presenter::look_as(const Presenter& before) {
+void Presenter::go_on_from(Presenter& before) {
     motion_.look_as(before.motion_);
     fov_deg_ = before.fov_deg_;
     split_ = before.split_;
+    recorder_.swap(before.recorder_);
+    if (before.is_paused())
+        playback_.pause();
+    else
+        playback_.play();
+    if (!playback_.is_live())
+        seek(before.wanted_s());
 }
 
 void Presenter::know_of(const std::string& loading, const std::vector<std::string>& recent) {
@@ -83,17 +90,20 @@ void Presenter::take_inputs() {
 
 /// Whether there was anything to draw.
 bool Presenter::refresh_window() {
-    if (inputs_.window.width == 0 || inputs_.window.height == 0)
-        return false;  // minimised: nobody sees anything
+    if (inputs_.window.width == 0 || inputs_.window.height == 0) {
+        if (playback_.is_live())
+            advance(now_s_);  // what comes is counted
+        return false;         // minimised: nobody sees anything
+    }
     times_.start(shown_.times);
     const bool is_new = advance(now_s_);
     lead();
     seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
     extrapolation_s_ = wanted_extrapolation_s(latency_.seconds());
-    recorder_.add_head(playback_.time_s(), head());
+    recorder_->add_head(playback_.time_s(), head());
     content_ = make_content();
     Drawn now{seen_head_, extrapolation_s_, face_.is_awake(), content_};
-    if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_.records_view() && drawn_ && *drawn_ == now)
+    if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_->records_view() && drawn_ && *drawn_ == now)
         return false;
     draw();
     drawn_ = std::move(now);

@@ -51,18 +51,20 @@ public:
     void act(Action action);
     void choose(const ShownSetting& setting, const std::string& value);
     void seek(double time_s);
-    /// As it was looked at before the source was opened anew: from the same place, as wide.
-    void look_as(const Presenter& before);
+    /// As before the source was opened anew: seen from the same place, as wide, at the same time; what is recorded goes
+    /// on.
+    void go_on_from(Presenter& before);
     /// A line at the bottom for a while.
     void tell(std::string message);
     const ShownSettings& shown() const { return shown_; }
-    double time_s() const { return frame().main.info.time_s; }
     bool is_paused() const { return playback_.is_paused(); }
     /// Of others: the one that is being opened, empty: none is, and those that were.
     void know_of(const std::string& loading, const std::vector<std::string>& recent);
     ViewerReport report();
 
 private:
+    /// Where it is, or is to be after the jumps that are under way.
+    double wanted_s() const;
     /// What is drawn again only if it changes.
     struct Drawn {
         Pose head;
@@ -143,7 +145,7 @@ private:
     std::unique_ptr<gl::EyeRenderer> renderer_;
     gl::Display display_;
     gl::EyeTargets targets_, other_targets_;
-    Recorder recorder_;
+    std::unique_ptr<Recorder> recorder_;
     gl::StageTimes times_;
     Steering steering_;  ///< as it was told last
     HeadMotion motion_;

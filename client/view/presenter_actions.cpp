@@ -23,6 +23,10 @@ void Presenter::tell(std::string message) {
     message_until_s_ = now_s_ + message_s;
 }
 
+double Presenter::wanted_s() const {
+    return next_seek_s_ ? *next_seek_s_ : seeking_s_.value_or(frame().main.info.time_s);
+}
+
 void Presenter::seek(double time_s) {
     if (playback_.is_live())
         tell("there are no jumps in time in what comes live");
@@ -79,7 +83,7 @@ void Presenter::act(Action action) {
     const FrameInfo& info = frame().main.info;
     const double interval_s = 1 / info.frames_per_second;
     const double jump_s = std::max(second_s, interval_s);  // never to the same frame
-    const double at_s = next_seek_s_ ? *next_seek_s_ : seeking_s_.value_or(info.time_s);
+    const double at_s = wanted_s();
     // Those that are held are steer's.
     const std::map<Action, std::function<void()>> once = {
         {Action::centre,
@@ -105,15 +109,15 @@ void Presenter::act(Action action) {
          }},
         {Action::second_back, [&] { seek(at_s - jump_s); }},
         {Action::second_on, [&] { seek(at_s + jump_s); }},
-        {Action::to_start, [&] { seek(0); }},
+        {Action::to_start, [&] { seek(loader_.first().time_s); }},
         {Action::darker, [&] { expose(-exposure_step_stops); }},
         {Action::brighter, [&] { expose(exposure_step_stops); }},
         {Action::split, [&] { split_ = split_ < 1 ? 1.0f : 0.5f; }},
         {Action::split_left, [&] { split_ = std::max(0.0f, split_ - split_step); }},
         {Action::split_right, [&] { split_ = std::min(0.999f, split_ + split_step); }},
         {Action::picture, [&] { picture_wanted_ = true; }},
-        {Action::record_view, [&] { tell(recorder_.start_or_stop_view()); }},
-        {Action::record_head, [&] { tell(recorder_.start_or_stop_head()); }},
+        {Action::record_view, [&] { tell(recorder_->start_or_stop_view()); }},
+        {Action::record_head, [&] { tell(recorder_->start_or_stop_head()); }},
         {Action::help, [&] { face_.turn_help_page(); }},
         {Action::open, [&] { face_.ask_for_source(); }},
         {Action::fullscreen,

@@ -118,9 +118,9 @@ ByteImage Presenter::read_back() const {
 void Presenter::keep_what_is_asked_for() {
     try {
         if (std::exchange(picture_wanted_, false))
-            tell(recorder_.keep_picture(read_back().view()));
-        if (recorder_.records_view())
-            recorder_.add_view(read_back().view());
+            tell(recorder_->keep_picture(read_back().view()));
+        if (recorder_->records_view())
+            recorder_->add_view(read_back().view());
     } catch (const std::exception& error) {
         tell(error.what());
     }
@@ -166,7 +166,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
     const Pose middle = composed(followed_.around(), motion_.head());
     seen_head_ = composed(motion_.head(), seen.head);
     lead();
-    recorder_.add_head(playback_.time_s(), head());
+    recorder_->add_head(playback_.time_s(), head());
     std::array<EyeView, 2> eyes;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
         eyes[i] = {seen.view.camera, composed(middle, seen.eyes[i])};

@@ -42,8 +42,8 @@ FaceContent Presenter::make_content() {
     content.shown = shown_;
     content.has_hdr = pq_display_ != nullptr;
     content.has_geometry = settings_.scene.has_value();
-    content.records_view = recorder_.records_view();
-    content.records_head = recorder_.records_head();
+    content.records_view = recorder_->records_view();
+    content.records_head = recorder_->records_head();
     content.knows_motion = !info.moving.empty();
     content.decoder = frame().main.decoder;
     content.loading = content_.loading;

@@ -53,14 +53,15 @@ export class LiveSocket {
         });
     }
 
-    /// Where the head is, in the scene's world; at most so often as servers want to know.
+    /// Where the head is, in the scene's world; at most so often as servers want to know. Whether it was sent.
     sendHead(time, head, view) {
         const now = performance.now();
         if (this.socket.readyState !== WebSocket.OPEN || now - this.sent < 1000 / mostHeadsPerSecond ||
             this.socket.bufferedAmount > 65536)
-            return;
+            return false;
         this.sent = now;
         this.socket.send(message(time, head, view));
+        return true;
     }
 
     close() {

@@ -1,6 +1,7 @@
 // The page: where a stream comes from, what is on show, and what keys and buttons do.
 import {StreamError} from "./bytes.js";
 import {viewOf} from "./eye.js";
+import {FollowedHead} from "./followed.js";
 import {openGl} from "./gl.js";
 import {Head} from "./head.js";
 import {Helper} from "./helper.js";
@@ -15,6 +16,8 @@ const of = id => document.getElementById(id);
 const textOf = id => JSON.parse(of(id).textContent);
 const words = new URLSearchParams(location.search);
 const defaultFov = 90 * Math.PI / 180;
+/// A head that a headset says is farther away than this has moved.
+const stillMetres = 0.003;
 /// Of a key, with or without shift.
 const nameOf = event => event.key.length === 1 ? event.key.toLowerCase() : event.key;
 const layouts = ["one", "side by side", "anaglyph"];
@@ -52,6 +55,7 @@ class Page {
         of("start").hidden = true;
         of("loading").hidden = false;
         this.times = {opened: performance.now(), firstPicture: null};
+        this.followed = new FollowedHead();
         this.player = new Player(this.helper, name, {
             isLive, onNote: text => of("note").textContent = text, onProblem: error => this.fail(error),
         });
@@ -126,7 +130,19 @@ class Page {
     // What is seen.
 
     get around() {
-        return this.player?.shown?.info.head ?? this.shownFrame.frame?.info.head;
+        const frame = this.player?.shown ?? this.shownFrame.frame;
+        if (frame)
+            this.followed.show(frame);
+        return this.followed?.around;
+    }
+
+    /// A head that only turns leaves the server its own path: a sphere has all directions, but for what is beyond a
+    /// window.
+    lead(hasMoved, head, view) {
+        const {frame} = this.shownFrame;
+        if (this.live && (hasMoved || frame.window || this.followed.isFollowed) &&
+            this.live.sendHead(frame.info.time, head, view))
+            this.followed.sent(head);
     }
 
     viewed() {
@@ -161,7 +177,7 @@ class Page {
         this.want(view, eyes);
         if (!this.shownFrame.frame)
             return;
-        this.live?.sendHead(this.shownFrame.frame.info.time, head, view);
+        this.lead(this.head.offset.some(metres => metres !== 0), head, view);
         // What has not changed stays on the screen.
         const seen = JSON.stringify([this.shownFrame.changes, this.canvas.width, view, eyes, this.layout]);
         if (seen === this.seen)
@@ -222,7 +238,7 @@ class Page {
         this.want(eyes[0].view, poses);
         if (!this.shownFrame.frame)
             return;
-        this.live?.sendHead(this.shownFrame.frame.info.time, composed(around, head), eyes[0].view);
+        this.lead(Math.hypot(...head.position) > stillMetres, composed(around, head), eyes[0].view);
         eyes.forEach(({view, place}, i) => {
             const picture = this.renderer.drawEye(view, poses[i], i, eyes.length);
             this.renderer.show(framebuffer, place, picture, picture, false);

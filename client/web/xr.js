@@ -37,6 +37,7 @@ export class Headset {
             const baseLayer = new XRWebGLLayer(session, this.gl, {antialias: false, depth: false});
             session.updateRenderState({baseLayer});
             this.space = await session.requestReferenceSpace("local");
+            this.space.addEventListener?.("reset", () => this.recentre());  // the headset's own recentring
         } catch (error) {
             session.end().catch(() => {});
             throw error;

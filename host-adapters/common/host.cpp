@@ -92,12 +92,12 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
         throw InputError(expected_found("--window", "one whole sphere, without what fills its gaps",
                                         besides + "; leave one of the two out"));
     const int columns = typed.density_option.is_given() ? typed.density : 4 * o.size.width;
-    if (columns % (2 * window_block_px) != 0 || columns > max_image_side || columns <= o.size.width ||
-        columns <= 2 * o.size.height)
+    const int coarser = std::max(o.size.width, 2 * o.size.height);
+    if (columns % (2 * window_block_px) != 0 || columns > max_image_side || columns <= coarser)
         throw InputError(expected_found("--density",
-                                        "a multiple of 32 above the columns of --size, " +
-                                            size_text(o.size.width, o.size.height) + ", up to " +
-                                            std::to_string(max_image_side) + " columns of a sphere",
+                                        "a multiple of 32, more than the " + std::to_string(coarser) +
+                                            " columns of a sphere of --size " + size_text(o.size.width, o.size.height) +
+                                            ", up to " + std::to_string(max_image_side),
                                         std::to_string(columns)));
     return parse_window(typed.window, columns);
 }
@@ -358,6 +358,16 @@ void note_clock(const PosePath& path, const std::string& name) {
         std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
 }
 
+/// What moves counts from the first sample of the scene's own camera, where that was recorded on the same clock.
+void require_same_clock(const PosePath& path, const std::string& name, const MovingObject& moving) {
+    const double theirs_s = moving.path.clock_start_s();
+    if (path.clock_start_s() != 0 && theirs_s != 0 && path.clock_start_s() != theirs_s)
+        throw InputError(expected_found(
+            "--path " + name,
+            formatted("times from %.17g s on, from which the path of %s counts", theirs_s, moving.object.c_str()),
+            formatted("%.17g s", path.clock_start_s())));
+}
+
 }  // namespace
 
 Timeline make_timeline(const RenderOptions& options, const SceneDescription& scene) {
@@ -365,9 +375,13 @@ Timeline make_timeline(const RenderOptions& options, const SceneDescription& sce
     t.path = options.path.empty() ? scene.camera_path : read_path_csv(options.path);
     if (t.path.empty())
         throw InputError(expected_found(scene.file.string(), "a camera path (or --path)", "none"));
+    if (!options.path.empty())
+        for (const MovingObject& moving : scene.moving)
+            require_same_clock(t.path, options.path.string(), moving);
     note_clock(t.path, options.path.empty() ? "the camera path of " + scene.file.string() : options.path.string());
     for (const MovingObject& moving : scene.moving)
-        note_clock(moving.path, "the path of " + moving.object);
+        if (moving.path.clock_start_s() != scene.camera_path.clock_start_s())
+            note_clock(moving.path, "the path of " + moving.object);
     t.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
     // The small term keeps a last key that falls on a frame from being lost to rounding.
     t.path_frames = static_cast<std::int64_t>(std::floor(t.path.duration_s() * t.frames_per_second + 1e-6)) + 1;

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <string>
@@ -93,6 +94,11 @@ std::uint64_t SequenceRenderer::count_paths() {
 /// All, but for a base's tiles that the window covers. Frames that are accumulated are sampled everywhere.
 std::uint64_t SequenceRenderer::sampled_pixels(const StreamSettings& stream, std::int64_t index) {
     std::uint64_t pixels = stream.pixels();
+    if (job_.options.samples_by_angle) {  // in proportion to the cosine of the latitude
+        const LongitudeLatitudeRange& range = job_.options.range;
+        const double span = std::sin(range.latitude_max) - std::sin(range.latitude_min);
+        return static_cast<std::uint64_t>(double(pixels) * span / range.latitude_span());
+    }
     if (!stream.is_base || !host_.fills_tiles() || job_.options.accumulate > 0)
         return pixels;
     const WindowCover cover(job_.options.window->grid, windows_->at(index), stream.size.width, stream.size.height);

@@ -74,6 +74,8 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
             if (std::ranges::find(planes, needed) == planes.end())
                 planes.push_back(needed);
         tile_samples = handle.history->samples_by_tile(info, handle.tiles.tile_side);
+        for (std::uint32_t& samples : tile_samples)
+            samples = std::min(samples, geometry_sample - 1);
     }
     if (handle.tiles.samples_by_angle)
         tile_samples =

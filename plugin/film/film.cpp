@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <unordered_map>
 
 namespace equistream {
 namespace {
@@ -36,6 +37,17 @@ void count_id(std::uint32_t id, float* pairs) {
         ++pairs[1];
         return;
     }
+}
+
+/// For each id the first one of the same name: Cryptomatte knows names alone.
+std::vector<std::uint32_t> firsts_of_names(const std::vector<float>& names) {
+    std::unordered_map<std::uint32_t, std::uint32_t> first;
+    std::vector<std::uint32_t> firsts;
+    for (const float name : names)
+        firsts.push_back(
+            first.try_emplace(std::bit_cast<std::uint32_t>(name), static_cast<std::uint32_t>(firsts.size()) + 1)
+                .first->second);
+    return firsts;
 }
 
 bool is_finite(const float* values, int count) {
@@ -118,7 +130,9 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
       takes_guides_(settings.guides), backward_(info.camera, poses.here, poses.previous),
       forward_(info.camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
       has_holes_(settings.has_holes), references_(std::move(settings.references)),
-      object_ids_(std::move(settings.object_ids)), material_ids_(std::move(settings.material_ids)) {}
+      object_ids_(std::move(settings.object_ids)),
+      material_ids_(std::move(settings.material_ids)), firsts_of_names_{firsts_of_names(object_ids_),
+                                                                        firsts_of_names(material_ids_)} {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
@@ -342,8 +356,10 @@ bool Film::add_ids(const TilePixels& pixels, const std::uint32_t* ids) {
         if (float* const plane = real_target(name))
             for (std::uint32_t i = 0; i < pixels.count(); ++i) {
                 const glm::ivec2 at = pixels.at(i);
+                const std::vector<std::uint32_t>& firsts = firsts_of_names_[std::size_t(which)];
                 if (const std::uint32_t id = ids[2 * i + std::uint32_t(which)]; id != 0)
-                    count_id(id, plane + (std::ptrdiff_t{at.y} * width_ + at.x) * 2 * cryptomatte_ranks);
+                    count_id(id - 1 < firsts.size() ? firsts[id - 1] : id,
+                             plane + (std::ptrdiff_t{at.y} * width_ + at.x) * 2 * cryptomatte_ranks);
             }
     return true;
 }

@@ -10,6 +10,7 @@
 #include <equistream/frame_part.h>
 #include <equistream/image.h>
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <functional>
@@ -199,6 +200,7 @@ private:
     /// how many samples they are of.
     std::vector<double> reference_sums_;
     std::vector<float> object_ids_, material_ids_;
+    std::array<std::vector<std::uint32_t>, 2> firsts_of_names_;  ///< of objects and of materials, by their ids less 1
 };
 
 // Pixels that nobody looks at, coloured so that a picture codes well.

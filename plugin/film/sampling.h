@@ -41,7 +41,7 @@ inline constexpr std::uint32_t geometry_sample = std::uint32_t{1} << 20;
 /// Of those that are in no picture (reference_tiles.h).
 inline constexpr std::uint32_t first_reference_sample = geometry_sample + 1;
 
-/// Distinct for distinct (pixel, sample) of one frame: pixels take 28 bits, samples 21.
+/// Distinct for distinct (pixel, sample) of one frame: samples take 21 bits, pixels those above.
 constexpr std::uint64_t ray_seed(std::uint64_t key, std::uint32_t pixel, std::uint32_t sample) {
     return mixed(key ^ (std::uint64_t{pixel} << 21 | sample));
 }

@@ -95,8 +95,8 @@ bool History::is_rim(const Planes& planes, int x, int y) const {
                 continue;
             const Seen& there = seen_[0][static_cast<std::size_t>(at)];
             const glm::vec2 apart = glm::abs(motion(static_cast<std::size_t>(at)) - moved);
-            if (std::max(std::min(apart.x, static_cast<float>(width_) - apart.x), apart.y) < sliding_px ||
-                (here.endless && there.endless))
+            const float across = closes_ ? std::min(apart.x, static_cast<float>(width_) - apart.x) : apart.x;
+            if (std::max(across, apart.y) < sliding_px || (here.endless && there.endless))
                 continue;
             if (here.endless != there.endless || here.specular != there.specular)
                 return true;

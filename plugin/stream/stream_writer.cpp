@@ -50,8 +50,12 @@ void add_side_data(AVStream& stream, AVPacketSideDataType type, Data* data, std:
     }
 }
 
-/// Of a part of the sphere: bounds say what is cut off at each side.
+/// Of a part of the sphere: bounds say what is cut off at each side. Players know no others than those whose middle is
+/// ahead, or that lie within half a turn of it.
 void tag_as_equirect(AVStream& stream, const LongitudeLatitudeRange& range) {
+    constexpr double rounding = 1e-9;
+    if (range.longitude_min < -pi - rounding || range.longitude_max > pi + rounding)
+        return;
     std::size_t size = 0;
     AVSphericalMapping* mapping = av_spherical_alloc(&size);
     if (!mapping)

@@ -7,6 +7,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -147,6 +148,12 @@ FrameInfo FramePlayer::eye_info(const ReceivedFrame& frame, Eye eye, const Refre
     if (settings_.ipd_m)
         info.ipd_m = *settings_.ipd_m;
     if (refresh != nullptr) {
+        if (refresh->number < 0 || refresh->number > max_frame_index)
+            throw InputError(
+                expected_found(formatted("--refresh: frame %lld", static_cast<long long>(frame.main.info.index)),
+                               formatted("times from 0 to %.0f s, by which refreshes are numbered",
+                                         double(max_frame_index) / refresh->refresh_hz),
+                               formatted("%g s", refresh->display_s)));
         info.index = refresh->number;
         info.time_s = refresh->display_s;
         info.frames_per_second = refresh->refresh_hz;

@@ -176,8 +176,7 @@ private:
         is_rendering_ = true;
         // A window lies where eyes will look once it is on its way.
         const Samples samples = pace_.samples();
-        child_->order(
-            {frame, samples.looked_at, samples.base, stream_.steering(last_age_s_), stream_.gaze(last_age_s_)});
+        child_->order({frame, samples.looked_at, samples.base, stream_.steering(), stream_.gaze(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {

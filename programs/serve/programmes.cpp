@@ -18,9 +18,6 @@ constexpr std::array<char, 2> nothing = {char(0xec), char(0x80)};
 /// A viewer whose oldest bytes wait for longer goes on with the next group.
 constexpr double longest_wait_s = 0.5;
 
-/// After so long without a picture a viewer is sent that, so that it knows the server is there.
-constexpr double longest_silence_s = 1;
-
 constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
 
 /// The cosine of 30 degrees.
@@ -186,9 +183,9 @@ const LiveFeed* LiveStream::steers() const {
     return steers == feeds_.end() ? nullptr : *steers;
 }
 
-std::optional<Pose> LiveStream::steering(double ahead_s) const {
+std::optional<Pose> LiveStream::steering() const {
     const LiveFeed* const feed = steers();
-    return feed == nullptr ? std::nullopt : std::optional(feed->head().head(ahead_s));
+    return feed == nullptr ? std::nullopt : std::optional(feed->head().last());
 }
 
 std::optional<double> LiveStream::steering_age_s() const {

@@ -37,6 +37,9 @@ public:
     virtual void hear(std::span<const char>) {}
 };
 
+/// A feed says something at least so often: clients give up a server that is silent.
+inline constexpr double longest_silence_s = 1;
+
 /// What all viewers look at.
 class Programme {
 public:
@@ -51,6 +54,8 @@ public:
     /// Whether a pose was completed by these bytes.
     bool hear(std::span<const char> bytes);
     bool is_known() const { return pose_.has_value(); }
+    /// As the viewer said it last. It must be known.
+    const Pose& last() const { return pose_->head; }
     /// Where it was last, turned as it will be so long from now. It must be known.
     Pose head(double ahead_s) const;
     /// What the viewer says that it shows, or what most do at most; no wider than any headset.
@@ -93,13 +98,13 @@ public:
     void end();
 
     std::size_t viewers() const { return feeds_.size(); }
-    /// Of the viewer that came first of those who have sent one: where its head is, turned as it will be so long from
-    /// now.
-    std::optional<Pose> steering(double ahead_s) const;
+    /// Of the viewer that came first of those who have sent one: where its head is, as it said last. Clients know their
+    /// own poses again.
+    std::optional<Pose> steering() const;
     /// Since that pose came.
     std::optional<double> steering_age_s() const;
-    /// The mean of that viewer's gaze and of the gazes within 30 degrees of it, in the world; nothing before there is
-    /// such a viewer.
+    /// So long from now: the mean of that viewer's gaze and of the gazes within 30 degrees of it, in the world; nothing
+    /// before there is such a viewer.
     std::optional<glm::dvec3> gaze(double ahead_s) const;
     std::int64_t poses_heard() const { return poses_heard_; }
     /// Of the viewer that steers, or of the first one while nobody does: its number, from 1, and how it keeps up.

@@ -52,15 +52,17 @@ public:
             position_ = 0;
             round_start_s_ += recording_.times_.duration_s;
         }
-        const std::int64_t due = due_at(elapsed_s - round_start_s_);
-        if (due <= position_)
-            return {.again_s = next_due_s()};
+        std::int64_t due = due_at(elapsed_s - round_start_s_);
+        if (due <= position_ && elapsed_s < last_sent_s_ + longest_silence_s)
+            return {.again_s = std::min(next_due_s(), last_sent_s_ + longest_silence_s)};
+        due = std::max(due, position_ + 1);  // one byte early says that the server is there
         const auto wanted = std::min(std::size_t(due - position_), block.size());
         const ssize_t count = read(block.first(wanted));
         if (count <= 0)
             return {.problem = "the file has become shorter or cannot be read"};
-        const double due_s = next_due_s();
+        const double due_s = std::min(next_due_s(), elapsed_s);
         position_ += count;
+        last_sent_s_ = elapsed_s;
         return {.bytes = std::size_t(count), .due_s = due_s};
     }
 
@@ -84,7 +86,8 @@ private:
     const Recording& recording_;
     const std::vector<DueBytes>& parts_;  // of the recording
     double round_start_s_ = 0;            // of this repetition
-    std::int64_t position_ = 0;           // in the recording
+    double last_sent_s_ = 0;
+    std::int64_t position_ = 0;  // in the recording
 };
 
 std::unique_ptr<Feed> Recording::open_feed() {

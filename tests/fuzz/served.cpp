@@ -69,7 +69,7 @@ void hear(Bytes bytes) {
             take_due(*each, elapsed_s, 4);
         }
         take_due(*live_feed, elapsed_s + 2, 4);
-        if (const auto pose = live.steering(0.1))
+        if (const auto pose = live.steering())
             require(std::abs(glm::length(pose->orientation) - 1) < 1e-3 && std::isfinite(glm::length(pose->position_m)),
                     "who steers has a pose");
         if (const auto gaze = live.gaze(0.1))

@@ -88,7 +88,10 @@ void Gui::apply(const InputEvent& event) {
                               io.KeyCtrl = (key.modifiers & GLFW_MOD_CONTROL) != 0;
                               io.KeyAlt = (key.modifiers & GLFW_MOD_ALT) != 0;
                           },
-                          [&](const TextEvent& text) { io.AddInputCharactersUTF8(text.text.c_str()); },
+                          [&](const TextEvent& text) {
+                              io.KeyCtrl = false;  // a pasted text comes while it is down, and would be dropped
+                              io.AddInputCharactersUTF8(text.text.c_str());
+                          },
                           [&](const PointerEvent& pointer) {
                               io.MousePos = {pointer.x, pointer.y};
                           },

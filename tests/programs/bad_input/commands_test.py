@@ -97,6 +97,21 @@ class Models(Commands):
         self.done(*generate, "--overwrite")
         self.assertEqual(file.read_text(), made)
 
+    def test_a_path_on_another_clock_than_what_moves_is_refused(self):
+        scene = json.loads(self.description.read_text())
+        for path in (scene["camera"], *scene["moving"]):
+            for key in path["keys"]:
+                key["time_s"] += 1e6
+        self.description.write_text(json.dumps(scene))
+        head = self.out / "head.csv"
+        render = ["render", self.description, "--path", head, "--dry-run", "--out", self.out / "frames"]
+        for begin in (1000005, 1000000):
+            head.write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "".join(f"{begin + i},0,1.6,0,1,0,0,0\n" for i in range(2)))
+            if begin == 1000005:
+                self.refused(render, f"--path {head}: expected times from 1000000 s on", "found 1000005 s")
+            else:
+                self.done(*render)
+
     def test_a_host_in_a_settings_file_must_be_the_one_that_runs(self):
         settings = self.out / "host.ini"
         settings.write_text("[render]\nhost = mitsuba\n")
@@ -291,7 +306,7 @@ class Reports(Commands):
 class Windows(Commands):
     def test_those_that_cannot_be(self):
         size = "--window: expected a width above 0 and below 360 degrees, a height of at most 180, found "
-        density = "--density: expected a multiple of 32 above the columns of --size, 32x16, up to 32768 columns of a sphere, found "
+        density = "--density: expected a multiple of 32, more than the 32 columns of a sphere of --size 32x16, up to 32768, found "
         whole = "--window: expected one whole sphere, without what fills its gaps, found "
         gaze = ["--window", "gaze,60x45"]
         for words, line in [

@@ -96,6 +96,18 @@ class Web(unittest.TestCase):
         self.open(f"src={file.name}")
         self.browser.wait_for("equistream.times.firstPicture")
 
+    def watch_taken(self, then=""):
+        """From now on `taken` lists the frames that the player shows."""
+        self.browser.evaluate("""(() => {
+            const {player} = equistream, take = player.take;
+            %s
+            globalThis.taken = [];
+            player.take = function () {
+                take.call(this);
+                taken.push(this.shown.index);
+            };
+        })()""" % then)
+
     def said(self, where="problem"):
         return self.browser.evaluate(f"document.getElementById('{where}').textContent")
 
@@ -281,18 +293,6 @@ class Streams(Web):
         struct.pack_into(">I", damaged, at, 0)
         (self.root / "empty.mp4").write_bytes(damaged)
         self.assertIn("expected samples that have bytes", self.problem_of("src=empty.mp4"))
-
-    def watch_taken(self, then=""):
-        """From now on `taken` lists the frames that the player shows."""
-        self.browser.evaluate("""(() => {
-            const {player} = equistream, take = player.take;
-            %s
-            globalThis.taken = [];
-            player.take = function () {
-                take.call(this);
-                taken.push(this.shown.index);
-            };
-        })()""" % then)
 
     def test_every_lap_has_all_frames(self):
         self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
@@ -509,7 +509,16 @@ class Serve(Web):
         self.browser.open(url + "?live=stream")
         self.browser.wait_for("equistream.times.firstPicture", 120)
         self.browser.evaluate("equistream.head.yaw = 1")
-        self.browser.wait_for("Math.abs(equistream.shownFrame.frame.info.head.orientation[2]) > 0.3", 120)
+        self.watch_taken()
+        self.browser.wait_for("taken.length > 1", 120)
+        self.assertEqual(self.browser.evaluate("equistream.live.sent"), 0)  # turning needs no new sphere
+        self.browser.evaluate("equistream.head.offset = [0.05, 0, 0]")
+        self.browser.wait_for("equistream.followed.isFollowed", 120)
+        self.browser.evaluate("taken.length = 0")
+        self.browser.wait_for("taken.length > 3", 120)  # spheres for the head that was sent move it no further
+        place = "equistream.followed.around.position", "equistream.shownFrame.frame.info.head.position"
+        around, found = (np.array(self.browser.evaluate(each)) for each in place)
+        self.assertAlmostEqual(np.linalg.norm(found - around), 0.05, delta=1e-6)
         self.assertNotIn("no depth", self.said("figures"))
         self.assertEqual(self.said(), "")
         self.assertGreater(self.end(server)["live"]["poses"], 0)

@@ -66,6 +66,13 @@ protected:
         }
     }
 
+    void name_three_of_two_names() {
+        objects.push_back("bunny");
+        name_two();
+        settings.object_names = objects.data();
+        settings.object_name_count = 3;
+    }
+
     void name_two() {
         settings.aovs = "cryptomatte";
         settings.object_names = objects.data();
@@ -76,6 +83,27 @@ protected:
 
     std::vector<const char*> objects = {"bunny", "a \"b\""}, materials = {"default"};
 };
+
+/// A scene's grass may be hundreds of objects: one name in a picture is one id.
+TEST_F(AbiCryptomatte, ObjectsOfOneNameCountTogether) {
+    name_three_of_two_names();
+    settings.spp = 8;
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    fill(
+        frame, [](int, int, std::uint32_t pass) { return std::pair(pass < 3   ? 2u
+                                                                   : pass < 5 ? 3u
+                                                                              : 1u,
+                                                                   1u); }, 8);
+    end(frame);
+    es_sequence_close(sequence);
+    const Frame made = read(0);
+    const float* pixel = made.planes.at("crypto_object").pixel(40, 20);
+    const float expected[] = {
+        cryptomatte_id("bunny"), 0.625f, cryptomatte_id("a \"b\""), 0.375f, 0, 0, 0, 0, 0, 0, 0, 0};
+    for (int c = 0; c < 12; ++c)
+        EXPECT_EQ(pixel[c], expected[c]) << c;
+}
 
 TEST_F(AbiCryptomatte, CoverageIsTheShareOfSamplesTheLargestFirst) {
     name_two();

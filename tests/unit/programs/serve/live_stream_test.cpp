@@ -1,4 +1,5 @@
 /// What a viewer of a live stream is sent while there is no new picture: something that it can pass over.
+#include <equistream/viewer_message.h>
 #include <programs/serve/pace.h>
 #include <programs/serve/programmes.h>
 #include <tests/unit/plugin/stream/synthetic.h>
@@ -103,6 +104,25 @@ TEST(LiveStreams, EndWhatWasBegunBeforeTheyPassOverTheRest) {
     EXPECT_EQ(next(), "er");
     EXPECT_EQ(next(), "new");
     EXPECT_EQ(stream.spheres_missed(), 1);
+}
+
+/// Clients find their own poses again in what was rendered for them; a gaze is foretold.
+TEST(LiveStreams, AreSteeredByPosesAsTheyWereSaid) {
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    EXPECT_FALSE(stream.steering());
+    Pose said;
+    for (int i = 0; i < 4; ++i) {
+        said = {{0.01 * i, 0, 0}, glm::angleAxis(0.1 * i, glm::dvec3(0, 1, 0))};
+        const auto message = encode_viewer_pose({0, said, {}});
+        feed->hear({reinterpret_cast<const char*>(message.data()), message.size()});
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    const std::optional<Pose> steering = stream.steering();
+    ASSERT_TRUE(steering);
+    EXPECT_EQ(steering->position_m, said.position_m);
+    EXPECT_EQ(steering->orientation, said.orientation);
+    EXPECT_LT(stream.gaze(0.1)->x, (said.orientation * glm::dvec3(0, 0, -1)).x) << "it turns on to the left";
 }
 
 /// A head that had turned away between two questions left no gaze at all, and their mean was no direction.
