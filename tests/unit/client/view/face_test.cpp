@@ -243,6 +243,13 @@ TEST_F(Faces, KeysGoToAFieldOfTextWhileItIsThere) {
     EXPECT_EQ(wanted[0].source, "/walks/m.mp4");
     EXPECT_FALSE(face.has_keyboard());
     face.ask_for_source();
+    feed({PointerEvent{5, 500}});
+    feed({KeyEvent{GLFW_KEY_V, GLFW_MOD_CONTROL, true, false}, TextEvent{"tls://pasted@host:9000"}});
+    press(GLFW_KEY_ENTER);
+    const auto pasted = wishes<OpenWish>();
+    ASSERT_EQ(pasted.size(), 1U);
+    EXPECT_EQ(pasted[0].source, "tls://pasted@host:9000");
+    face.ask_for_source();
     press(GLFW_KEY_ESCAPE);
     EXPECT_FALSE(face.has_keyboard());
     EXPECT_TRUE(routed.pressed.empty()) << "which does not quit";
