@@ -203,6 +203,8 @@ private:
     }
 
     static std::vector<ForeignChannel> in_order(const Layer& layer, std::string_view plane) {
+        if (const auto four = layer.with({"X", "Y", "Z", "W"}); plane == "forward" && !four.empty())
+            return {four.begin() + 2, four.end()};  // as Cycles has them
         if (plane == "backward" || plane == "forward")
             return layer.pair();
         if (plane == "colour")

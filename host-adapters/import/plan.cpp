@@ -298,6 +298,10 @@ private:
             list(planned);
             plan_.views.push_back(std::move(planned));
         }
+        if (plan_.poses_in_attributes && plan_.views.size() > 1 && !plan_.ods)
+            throw InputError(expected_found(file().file().string(),
+                                            "--path CSV for several views: worldToCamera is read of the first alone",
+                                            std::to_string(plan_.views.size()) + " views"));
         if (plan_.window && plan_.views.size() > 1)
             throw InputError(expected_found("--window", "one view", std::to_string(plan_.views.size())));
         if (plan_.views.empty())

@@ -50,8 +50,13 @@ struct Extent {
 };
 
 Extent extent_of(const ExrSession& session, int part) {
-    exr_attr_box2i_t window{};
+    exr_attr_box2i_t window{}, shown{};
     session.check(exr_get_data_window(session.context(), part, &window), "size");
+    session.check(exr_get_display_window(session.context(), part, &shown), "size");
+    if (window.min.x != shown.min.x || window.min.y != shown.min.y || window.max.x != shown.max.x ||
+        window.max.y != shown.max.y)
+        session.refuse("pixels of the whole picture", "a part of it (its data window is not its display window); "
+                                                      "equistream import reads such files");
     const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
     const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
     if (width < 1 || height < 1 || width > max_image_side || height > max_image_side ||

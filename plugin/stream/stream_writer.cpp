@@ -50,12 +50,14 @@ void add_side_data(AVStream& stream, AVPacketSideDataType type, Data* data, std:
     }
 }
 
-/// Of a part of the sphere: bounds say what is cut off at each side. Players know no others than those whose middle is
-/// ahead, or that lie within half a turn of it.
-void tag_as_equirect(AVStream& stream, const LongitudeLatitudeRange& range) {
+/// Players know no other spheres than whole ones whose middle is ahead, and parts of these.
+bool can_be_tagged(const LongitudeLatitudeRange& range) {
     constexpr double rounding = 1e-9;
-    if (range.longitude_min < -pi - rounding || range.longitude_max > pi + rounding)
-        return;
+    return range.longitude_min >= -pi - rounding && range.longitude_max <= pi + rounding;
+}
+
+/// Of a part of the sphere: bounds say what is cut off at each side.
+void tag_as_equirect(AVStream& stream, const LongitudeLatitudeRange& range) {
     std::size_t size = 0;
     AVSphericalMapping* mapping = av_spherical_alloc(&size);
     if (!mapping)
@@ -109,7 +111,7 @@ struct StreamWriter::State {
 
     void open_format();
     void add_stream(WrittenTrack& track);
-    bool tags_sphere() const { return settings.sphere && container.tags_spheres; }
+    bool tags_sphere() const { return settings.sphere && container.tags_spheres && can_be_tagged(*settings.sphere); }
     bool is_mp4() const { return std::string_view(container.muxer) == "mp4"; }
     void write_header();
     void write_header_with_vexu();
@@ -225,7 +227,7 @@ void StreamWriter::State::write_header() {
 
 /// libavformat before 7.1 knows no vexu, so it is put into what that has written.
 void StreamWriter::State::write_header_with_vexu() {
-    SpatialTags tags{.sphere = settings.sphere, .stereo = settings.stereo};
+    SpatialTags tags{.sphere = tags_sphere() ? settings.sphere : std::nullopt, .stereo = settings.stereo};
     if (settings.stereo != StereoPacking::none && settings.baseline_m > 0)
         tags.baseline_m = settings.baseline_m;
     AVIOContext* memory = nullptr;

@@ -164,10 +164,11 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
         "bound and --depth-share), or a code")
         .offers(std::array{"none", "auto", "w8", "w10", "w12", "pece444", "pece420", "hue", "lossless"});
-    app.add_option("--depth-share", request.depth.share,
-                   "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
-                   "again: above 0, at most 1 (default: 0.1; for depth up to 0.3 where that leaves less than 40 % of "
-                   "pixels within the error bound)");
+    app.add_option(
+        "--depth-share", request.depth.share,
+        "Of the main stream's bits that depth may take, all its tracks and those of mirrors and glass together: "
+        "above 0, at most 1 (default: 0.1; for depth up to 0.3 where that leaves less than 40 % of "
+        "pixels within the error bound)");
     cli::add_with_default(
         app, "--depth-scale", options.depth_scale,
         "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "

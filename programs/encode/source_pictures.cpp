@@ -104,7 +104,7 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
 }
 
 /// What must be the same of all that is rendered with a frame; null where it is.
-const char* difference(const FrameInfo& main, const FrameInfo& other) {
+const char* difference(const FrameInfo& main, const FrameInfo& other, bool of_the_same_eye) {
     return other.scene != main.scene                                 ? "scene"
            : other.geometry_fingerprint != main.geometry_fingerprint ? "geometry"
            : other.time_s != main.time_s                             ? "time"
@@ -113,13 +113,15 @@ const char* difference(const FrameInfo& main, const FrameInfo& other) {
            : other.ipd_m != main.ipd_m                               ? "distance between the eyes"
            : other.exposure != main.exposure                         ? "exposure"
            : other.seed != main.seed                                 ? "seed"
+           : of_the_same_eye && other.eye != main.eye                ? "eye"
                                                                      : nullptr;
 }
 
 /// A small view of another render would fill gaps from the wrong place; so would another eye's.
 void check_companion(const std::filesystem::path& main_folder, const FrameInfo& main,
-                     const std::filesystem::path& folder, const FrameInfo& other, const char* hint) {
-    if (const char* differs = difference(main, other))
+                     const std::filesystem::path& folder, const FrameInfo& other, bool of_the_same_eye,
+                     const char* hint) {
+    if (const char* differs = difference(main, other, of_the_same_eye))
         throw InputError(expected_found(folder.string() + ", frame " + std::to_string(main.index),
                                         "the " + std::string(differs) + " of " + main_folder.string(),
                                         std::string("another one; render both with one command") + hint));
@@ -219,13 +221,21 @@ void SourceRenders::check(const std::vector<Picture>& pictures) {
         const FrameInfo& info = pictures[i].info;
         renders_[i].require(sources_.tracks[i].folder / frame_file_name(info.index), info);
         check_companion(sources_.tracks[0].folder, main.info, sources_.tracks[i].folder, info,
+                        pictures[i].role == TrackRole::hidden || pictures[i].role == TrackRole::patches,
                         pictures[i].role == TrackRole::window ? ", or encode its folder alone"
                                                               : ", or use --fill none");
     }
     if (!main.right_info)
         return;
     right_eye_->require(sources_.right_eye / frame_file_name(main.info.index), *main.right_info);
-    check_companion(sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, "");
+    check_companion(sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, false, "");
+    if (!is_posed_)
+        is_posed_ = main.is_posed;
+    cli::require(*is_posed_ == main.is_posed,
+                 "--stereo: " + sources_.right_eye.string() + ", frame " + std::to_string(main.info.index),
+                 *is_posed_ ? "the right eye where the left one's head has it, as in the first frame"
+                            : "the right eye elsewhere than where the left one's head has it, as in the first frame",
+                 *is_posed_ ? "it elsewhere" : "it there");
 }
 
 std::vector<std::string> motion_planes(const std::filesystem::path& file) {

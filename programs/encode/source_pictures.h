@@ -129,6 +129,7 @@ private:
     const Sources& sources_;
     std::vector<OneRender> renders_;
     std::optional<OneRender> right_eye_;
+    std::optional<bool> is_posed_;  ///< of the first frame, and so of all
 };
 
 }  // namespace equistream

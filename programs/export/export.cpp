@@ -49,8 +49,10 @@ std::vector<Source> find_sources(const Arguments& a) {
     for (const char* eye : {"centre", "left", "right"})
         if ((a.eye.empty() || a.eye == eye) && holds_frames(a.folder / eye))
             found.push_back({eye, a.folder / eye, std::nullopt});
-    if (found.empty() && a.eye.empty() && holds_frames(a.folder))
-        found.push_back({"centre", a.folder, std::nullopt});
+    if (found.empty() && a.eye.empty() && holds_frames(a.folder)) {
+        const Eye eye = read_exr_info(a.folder / frame_file_name(list_frames(a.folder).front())).eye;
+        found.push_back({eye_names[std::size_t(eye)], a.folder, std::nullopt});
+    }
     cli::require(!found.empty(), a.folder.string(),
                  a.eye.empty() ? "frame.NNNN.exr files, here or in centre/, left/ or right/"
                                : "frame.NNNN.exr files in " + a.eye + "/",

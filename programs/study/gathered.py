@@ -24,9 +24,17 @@ def linked(file, target):
         os.replace(aside, target)
 
 
+GEOMETRY = "scene.glb", "scene.json"
+"""What Mitsuba's host writes of a scene in XML, beside its streams."""
+
+
 def gather(parts, whole, command=None):
     """Links what folders of renders hold into the render `whole`. Its manifest is that of the frame with the lowest number, and says `command`."""
     for part in sorted(parts):
+        for file in (pathlib.Path(part) / name for name in GEOMETRY):
+            if file.exists():
+                pathlib.Path(whole).mkdir(parents=True, exist_ok=True)
+                linked(file, pathlib.Path(whole) / file.name)
         for stream in sorted(manifest.parent for manifest in pathlib.Path(part).glob("*/manifest.json")):
             frames = sorted(stream.glob("frame.*.exr"))
             if frames:

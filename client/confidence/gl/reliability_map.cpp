@@ -88,7 +88,8 @@ void ReliabilityMap::set_numbers(const SourceView& source, const JudgedEyes& jud
     const bool has_depth = judged.depth.texture != 0;
     for (std::size_t i = 0; i < judged.eyes.size(); ++i) {
         const EyeView& eye = judged.eyes[i];
-        numbers.eyes[i] = eye_numbers(RiskNumbers(source, eye, has_depth, options), has_depth, same_view(source, eye));
+        const SourceView& own = judged.source(i, source);
+        numbers.eyes[i] = eye_numbers(RiskNumbers(own, eye, has_depth, options), has_depth, same_view(own, eye));
     }
     for (std::size_t i = 0; i < numbers.weights.size(); ++i)
         std::ranges::copy(reliability_model::groups[i].weights, numbers.weights[i].begin());
@@ -117,7 +118,10 @@ void ReliabilityMap::estimate(const SpecularSource& source, const JudgedEyes& ju
     size_for(targets);
     find_fill_depth(targets);
     set_numbers(source.view, judged, options);
-    blocks_.set(source.view, judged.eyes);
+    std::array<Pose, max_eyes> poses;
+    for (std::size_t i = 0; i < judged.eyes.size(); ++i)
+        poses[i] = judged.source(i, source.view).pose;
+    blocks_.set(std::span(poses).first(judged.eyes.size()), source.view.box_radius_m, judged.eyes);
     const std::array uniforms = {source.textures.grid(), blocks_.name(), numbers_.name()};
     for (GLuint i = 0; i < uniforms.size(); ++i)
         glBindBufferBase(GL_UNIFORM_BUFFER, i, uniforms[i]);

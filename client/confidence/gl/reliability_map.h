@@ -6,6 +6,7 @@
 
 #include <client/confidence/reliability.h>
 
+#include <array>
 #include <span>
 
 namespace equistream::gl {
@@ -15,6 +16,12 @@ struct JudgedEyes {
     std::span<const EyeView> eyes;  ///< their depth_m is not read
     const EyeDepth& depth;          ///< texture 0: nothing is known of their depth
     const EyeTargets& targets;
+    /// What each eye's picture is made of, with the main source's grid; null: the source that estimate() is given.
+    std::array<const SourceView*, max_eyes> sources{};
+
+    const SourceView& source(std::size_t eye, const SourceView& main) const {
+        return sources[eye] != nullptr ? *sources[eye] : main;
+    }
 };
 
 class ReliabilityMap {

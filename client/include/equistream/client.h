@@ -246,7 +246,8 @@ ES_API es_status es_client_seek(es_client* client, double time_s, es_error* erro
 ES_API es_status es_client_get_statistics(const es_client* client, es_client_statistics* statistics, es_error* error);
 
 /* Both eyes of an ordinary display: `eyes` get the field of view `fov_x_rad` wide with square pixels of width x height,
- * and poses ipd_m apart. The first is 0.001 to 2.96, which is 170 degrees; the second is 0 to 10. */
+ * and poses ipd_m apart. The first is 0.001 to 2.96, which is 170 degrees; the second is 0 to 10. A picture so high
+ * that the field of view reaches more than 85 degrees up is refused when it is rendered. */
 ES_API es_status es_client_set_eyes(es_client_request* request, double fov_x_rad, double ipd_m, es_error* error);
 
 #ifdef __cplusplus

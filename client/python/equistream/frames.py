@@ -150,8 +150,9 @@ class SequenceWriter:
     """Writes frames into a folder that `equistream encode`, `play` and everything else reads.
 
     The first frame's settings (camera, seed, samples, host, ...) and planes go into the manifest; later frames must share
-    them. Frames that are there already are kept: `writer.keeps(index)` says so before time is spent on one. A folder of other
-    frames is refused, or with `overwrite` replaced. `fingerprint` names whatever else decides the pixels.
+    them. `writer.keeps(index)` says whether a frame is there already, before time is spent on one; one that is written again
+    is replaced. A folder of other frames is refused, or with `overwrite` replaced. `fingerprint` names whatever else decides
+    the pixels.
 
     >>> with es.SequenceWriter("out/centre") as writer:
     ...     writer.write(frame)
@@ -167,7 +168,9 @@ class SequenceWriter:
         self._closed = False
 
     def keeps(self, index: int) -> bool:
-        """Whether this frame is there and stays; what it was made with is checked by `begin` or the first write."""
+        """Whether this frame is there and stays. What it was made with, and whether it is whole, is known after `begin` or the first write."""
+        if self._writer is not None:
+            return self._writer.keeps(index)
         return not self._overwrite and (self.folder / _core.frame_file_name(index)).exists()
 
     def begin(self, info: FrameInfo, planes: Iterable[str]) -> None:

@@ -106,11 +106,12 @@ class Renderer:
     """Renders a scene's frames at our poses, whatever sensor the scene has; made once, it is not compiled again for each frame.
 
     `camera` is an EquirectCamera or PerspectiveCamera; `integrator` gives colour (default: the scene's own); `aovs` as for
-    `equistream render`. `near_clip`: what is nearer is not seen. Colour uses the box filter, as all our hosts.
+    `equistream render`. `near_clip`: what is nearer is not seen. `hide_emitters`: where the colour's integrator hides lamps,
+    they are no surfaces either. Colour uses the box filter, as all our hosts. Alpha is Mitsuba's: 1 for a sky, too.
     """
 
     def __init__(self, scene: Any, camera: Camera, *, aovs: str = DEFAULT_AOVS, integrator: Any = None, near_clip: Optional[float] = None,
-                 sampler: str = "independent") -> None:
+                 sampler: str = "independent", hide_emitters: bool = False) -> None:
         _require_variant()
         if not isinstance(scene, mi.Scene):
             raise InputError(f"Renderer: expected a mitsuba.Scene of variant {mi.variant()}, found {type(scene).__module__}.{type(scene).__name__}")
@@ -119,7 +120,8 @@ class Renderer:
         self.scene, self.camera, self.aovs = scene, camera, aovs
         self.planes = _core.planes_of_groups(aovs)
         nested = integrator if integrator is not None else _colour_of(scene.integrator())
-        self.integrator = mi.load_dict({"type": "equirect_aov", "aovs": aovs, "nested": nested})
+        self.hide_emitters = hide_emitters
+        self.integrator = mi.load_dict({"type": "equirect_aov", "aovs": aovs, "hide_emitters": hide_emitters, "nested": nested})
         self.sensor = mi.load_dict(self._sensor(near_clip, sampler))
         self._parameters = (mi.traverse(self.sensor), mi.traverse(self.integrator))
         self._number_shapes()
@@ -216,8 +218,9 @@ def _lasting(name: str) -> str:
 
 
 def _seed_of(info: FrameInfo) -> int:
-    words = hashlib.blake2b(f"{info.seed} {info.index} {info.eye}".encode(), digest_size=4)
-    return int.from_bytes(words.digest(), "little")
+    """Frames count up from one number: scalar variants keep the lowest bits of a seed alone, and random ones would meet."""
+    words = hashlib.blake2b(f"{info.seed} {info.eye}".encode(), digest_size=4)
+    return (int.from_bytes(words.digest(), "little") + info.index) % 2 ** 32
 
 
 def _fingerprint(renderer: Renderer, path: PosePath) -> str:
@@ -225,6 +228,7 @@ def _fingerprint(renderer: Renderer, path: PosePath) -> str:
     digest = hashlib.blake2b(digest_size=16)
     for plugin in sorted(PLUGINS.glob("*.so")):
         digest.update(plugin.read_bytes())
+    digest.update(b"lamps are hidden" if renderer.hide_emitters else b"")
     facts = []
     for what in (renderer.scene, _colour_of(renderer.integrator)):
         facts += [line.encode() for line in str(what).splitlines()]
@@ -243,20 +247,22 @@ def _fingerprint(renderer: Renderer, path: PosePath) -> str:
 
 def render_frame(scene: Any, pose: Optional[Pose] = None, camera: Optional[Camera] = None, *, aovs: str = DEFAULT_AOVS, spp: int = 16,
                  seed: int = 0, integrator: Any = None, previous: Optional[Pose] = None, next: Optional[Pose] = None,
-                 info: Optional[FrameInfo] = None) -> Frame:
+                 info: Optional[FrameInfo] = None, hide_emitters: bool = False) -> Frame:
     """One frame of a scene: by default a full sphere, 1024x512, where the scene's own sensor stands."""
     _require_variant()
     if pose is None:
         if not scene.sensors():
             raise InputError("render_frame: expected a pose, or a scene with a sensor, found neither")
         pose = pose_of(scene.sensors()[0].world_transform())
-    renderer = Renderer(scene, camera if camera is not None else EquirectCamera(1024, 512), aovs=aovs, integrator=integrator)
+    renderer = Renderer(scene, camera if camera is not None else EquirectCamera(1024, 512), aovs=aovs, integrator=integrator,
+                        hide_emitters=hide_emitters)
     return renderer.frame(pose, previous=previous, next=next, spp=spp, seed=seed, info=info)
 
 
 def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera, *, frames: Iterable[int], fps: float = 30, eye: str = "centre",
                     ipd_m: float = 0.063, lock: str = "world", aovs: str = DEFAULT_AOVS, spp: int = 16, seed: int = 0, name: str = "",
-                    integrator: Any = None, exposure: float = 1.0, head_radius_m: float = 0.0, overwrite: bool = False) -> Sequence:
+                    integrator: Any = None, exposure: float = 1.0, head_radius_m: float = 0.0, overwrite: bool = False,
+                    hide_emitters: bool = False) -> Sequence:
     """Renders frames along a head's path into a folder (`OUT/centre`, say) that `equistream encode` and `play` take.
 
     Frame N is at N / fps seconds; at the path's ends a missing neighbour means no movement, whichever frames are asked for.
@@ -266,7 +272,7 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
     numbers = sorted(set(frames))
     if not numbers or numbers[0] < 0:
         raise InputError(f"frames: expected frame numbers from 0, found {numbers[:3]}")
-    renderer = Renderer(scene, camera, aovs=aovs, integrator=integrator)
+    renderer = Renderer(scene, camera, aovs=aovs, integrator=integrator, hide_emitters=hide_emitters)
 
     def camera_pose_at(index: int) -> Pose:
         return eye_pose(camera, path.at(index / fps), eye, ipd_m, lock)
@@ -288,14 +294,14 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
     return Sequence(folder)
 
 
-def depth_source(scene: Any) -> SceneDepth:
-    """Distances by Mitsuba's own rays, of patches too, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser."""
+def depth_source(scene: Any, *, hide_emitters: bool = False) -> SceneDepth:
+    """Distances by Mitsuba's own rays, of patches too and without lamps where they are hidden, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser."""
     _require_variant()
     renderers: dict[Camera, Renderer] = {}
 
     def cast(camera: Camera, pose: Pose) -> NDArray[np.float32]:
         if camera not in renderers:
-            renderers[camera] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"})
+            renderers[camera] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"}, hide_emitters=hide_emitters)
         return renderers[camera].frame(pose, spp=1)["depth"]
 
     return SceneDepth(cast)

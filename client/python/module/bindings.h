@@ -117,6 +117,7 @@ public:
         try {
             const nanobind::gil_scoped_release release;
             last_asked_ = Clock::now();
+            interrupted_ = false;
             work();
         } catch (...) {
             raise_pending();

@@ -158,7 +158,7 @@ void bind_pose(nb::module_& m) {
             "__eq__",
             [](const Pose& a, nb::handle b) { return nb::isinstance<Pose>(b) && same_pose(a, nb::cast<Pose>(b)); },
             nb::arg("other").none())
-        .def("__hash__", [](const Pose& p) { return std::hash<double>{}(std::round(p.position_m.x * 1e6)); })
+        .def("__hash__", [](const Pose&) { return 1; })  // poses that are nearly the same are equal
         .def("__repr__", [](const Pose& p) {
             const glm::dvec3& at = p.position_m;
             const glm::dquat& q = p.orientation;

@@ -429,8 +429,11 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     times.mark(RenderStage::fill);
     if (options.reliability) {
         const bool is_found = known.texture != 0 && finder_ != nullptr;
-        reliability_.estimate(mirroring(), {eyes_, known, targets},
-                              confidence_options(frame().main.info, is_found, options.mirrors));
+        JudgedEyes judged{eyes_, known, targets};
+        for (std::size_t i = 0; current().right() != nullptr && i < eyes_.size(); ++i)
+            if (takes_right(i, options.right_alone && !(options.surface && by_eye_)))
+                judged.sources[i] = &current().right()->view;
+        reliability_.estimate(mirroring(), judged, confidence_options(frame().main.info, is_found, options.mirrors));
     }
     if (options.motion && !frame().main.info.moving.empty()) {
         has_motion_ = true;

@@ -121,9 +121,11 @@ class Runner:
 def gather_frames(step, folder, base):
     """All that the step's tasks rendered, in the folder that the job names. Failed where a frame is missing."""
     out = base / step["out"]
-    gather(chunk_folders(folder, step["of"]), out, step["command"])
+    rendered = chunk_folders(folder, step["of"])
+    gather(rendered, out, step["command"])
     first, last = step["first"], step["last"]
-    found = frames_in([out])
+    ours = frames_in(rendered)
+    found = {stream: numbers for stream, numbers in frames_in([out]).items() if stream in ours or not ours}
     for stream, numbers in found.items():
         if missing := last - first + 1 - sum(first <= number <= last for number in numbers):
             lowest = next(number for number in range(first, last + 1) if number not in numbers)

@@ -48,7 +48,7 @@ def played(work, sections, seed):
     write_if_other(work.folder / rendering, settings_text([], {"render": sections["render"]}))
     write_if_other(work.folder / settings, settings_text([], sections))
     words = "--progress", "none", "--out"
-    work.steps.run(f"render-{light}", "render", work.given, "--frames", work.frames, "--seed", seed, "--settings", rendering, "--json", *words, frames)
+    work.steps.run(f"render-{light}", "render", work.given, "--frames", work.frames, "--seed", seed, "--settings", rendering, "--json", *words, frames, fresh=frames)
     work.steps.run(f"encode-{name}", "encode", frames, "--json", "--settings", settings, *words, stream)
     work.steps.run(f"play-{name}", "play", stream, "--settings", settings, *words, views)
     tracks = json.loads(work.steps.output_of(f"encode-{name}"))["tracks"]

@@ -22,7 +22,8 @@ class GlReliability : public Gl {
 protected:
     /// Two eyes' maps at once.
     void expect_the_cpus(const SourceView& source, std::span<const EyeView, 2> eyes,
-                         std::span<const EyePicture, 2> pictures, const ReliabilityOptions& options = {}) {
+                         std::span<const EyePicture, 2> pictures, const ReliabilityOptions& options = {},
+                         const SourceView* right = nullptr) {
         targets.size_for(eyes[0].camera, 2);
         const auto depth_of = [&](std::size_t k) {
             return eyes[k].depth_m.data != nullptr ? eyes[k].depth_m : pictures[k].depth_m.view();
@@ -38,10 +39,10 @@ protected:
         gl::SpecularTextures specular;
         specular.upload(source);
         const gl::EyeDepth depth = has_depth ? targets.depth() : gl::EyeDepth{};
-        map.estimate({source, textures, specular}, {eyes, depth, targets}, options);
+        map.estimate({source, textures, specular}, {eyes, depth, targets, {nullptr, right}}, options);
         for (std::size_t k = 0; k < 2; ++k) {
             EyePicture expected = pictures[k], found;
-            estimate_reliability(source, eyes[k], expected, options);
+            estimate_reliability(k == 1 && right != nullptr ? *right : source, eyes[k], expected, options);
             map.download(int(k), found);
             std::int64_t others = 0;
             int worst = 0;
@@ -93,6 +94,23 @@ TEST_F(GlReliability, OfEyesAtTheSource) {
     VisibleLoss loss;
     loss.share_255.fill(51);
     expect_the_cpus(same, eyes, pictures, {.visible_loss = loss});
+}
+
+/// Of a frame with a sphere for each eye: the right eye stands where its own sphere does.
+TEST_F(GlReliability, JudgesEachEyeByItsOwnSource) {
+    std::array played = {Played(ball_and_wall, smooth_colour, Pose{}, "surface", "none"),
+                         Played(ball_and_wall, smooth_colour, moved, "surface", "none")};
+    const std::array eyes = {played[0].eye, played[1].eye};
+    add_noise(played[0].picture, 1);
+    add_noise(played[1].picture, 2);
+    const std::array pictures = {played[0].picture, played[1].picture};
+    SourceView right = played[0].view();
+    right.pose = moved;
+    expect_the_cpus(played[0].view(), eyes, pictures, {}, &right);
+    EyePicture there = pictures[1], elsewhere = pictures[1];
+    estimate_reliability(right, eyes[1], there);
+    estimate_reliability(played[0].view(), eyes[1], elsewhere);
+    EXPECT_FALSE(std::ranges::equal(there.reliability.samples(), elsewhere.reliability.samples()));
 }
 
 TEST_F(GlReliability, FindsMirrors) {
