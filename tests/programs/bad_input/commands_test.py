@@ -128,6 +128,21 @@ class Models(Commands):
             self.done("model", self.description, *QUICK, "--out", self.out / "model.json")
 
 
+class Encodings(Commands):
+    def test_a_hidden_layer_of_another_eye_is_refused(self):
+        render = ["render", self.scene, "--frames", 0, "--size", "128x64", "--aovs", "depth", "--out", self.out / "eyes"]
+        self.done(*render, "--eye", "left", "--layers")
+        self.done(*render, "--eye", "right")
+        encode = ["encode", self.out / "eyes", "--out", self.out / "a.mkv", "--preset", "ultrafast", "--depth", "w10"]
+        self.refused([*encode, "--eye", "right"], "hidden, frame 0: expected the eye of")
+        self.done(*encode, "--eye", "left")
+
+    def test_depth_that_cannot_be_halved_is_not(self):
+        self.done("render", self.scene, "--frames", 0, "--size", "130x66", "--aovs", "depth", "--out", self.out / "odd")
+        for code in (("w10", "--depth-crf", 20), ("lossless",)):
+            self.refused(["encode", self.out / "odd", "--out", self.out / "a.mkv", "--depth", *code, "--depth-scale", 2], "--depth-scale: expected 1", "2 for 130x66")
+
+
 class Views(Commands):
     def play(self, out, *options, source=None):
         return ["play", source or self.frames, *PLAY, *options, "--out", out]

@@ -229,6 +229,25 @@ TEST_F(ExrRoundTrip, openimageio_reads_the_attributes) {
     }
 }
 
+/// A compositor crops what is empty: the rest is no whole sphere.
+TEST_F(ExrRoundTrip, a_part_of_a_picture_is_refused) {
+    OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeDesc::HALF);
+    spec.x = 4;
+    spec.full_width = 32;
+    spec.full_height = 8;
+    const auto out = OIIO::ImageOutput::create("a.exr");
+    const std::vector<float> pixels(16 * 8 * 3, 0.5f);
+    ASSERT_TRUE(out->open((folder / "a.exr").string(), spec));
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+    ASSERT_TRUE(out->close());
+    try {
+        read_exr(folder / "a.exr");
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("equistream import"), std::string::npos) << error.what();
+    }
+}
+
 TEST_F(ExrRoundTrip, a_foreign_file_has_default_info_and_opaque_alpha) {
     const auto file = folder / "foreign.exr";
     const auto out = OIIO::ImageOutput::create(file.string());
