@@ -132,6 +132,15 @@ private:
         }
         if (!sphere && !fov_rad)
             throw InputError(expected_found("--camera perspective", "--fov DEG", "none"));
+        const Overrides& asked = settings_.overrides;
+        const std::string of_a_sphere = !settings_.range.is_full_sphere() ? "--range"
+                                        : asked.mirrored                  ? "--mirrored"
+                                        : asked.forward_at                ? "--forward-at"
+                                                                          : "";
+        if (!sphere && !of_a_sphere.empty())
+            throw InputError(expected_found(of_a_sphere, "a sphere (--camera equirect)", "a perspective view"));
+        if (sphere && settings_.fov_x_rad)
+            throw InputError(expected_found("--fov", "a perspective view (--camera perspective)", "a sphere"));
         if (sphere)
             plan_.camera = EquirectCamera{width, height, settings_.range};
         else
@@ -218,7 +227,7 @@ private:
             throw InputError(expected_found("--depth position", "a source whose depth is a layer of points",
                                             "frames of our own, whose depth is distance"));
         // Of Mitsuba's sensors ours alone is a sphere, and it measures from its centre unless it is told otherwise.
-        if (sphere && !settings_.overrides.near_plane_m)
+        if ((sphere || c.depth == DepthKind::position) && !settings_.overrides.near_plane_m)
             c.near_plane_m = 0;
     }
 

@@ -208,7 +208,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         track.halved =
             may_be_halved(role) && asked.halved.value_or(false) &&
             (source.role == sources.looked_at().role || can_be_halved(width_of(info.camera), height_of(info.camera)));
-        if (asked.halved.value_or(false) && role == TrackRole::depth &&
+        if (asked.halved.value_or(false) && source.role == sources.looked_at().role &&
             !can_be_halved(width_of(info.camera), height_of(info.camera)))
             throw InputError(expected_found("--depth-scale",
                                             "1 where sides are no whole fours, or are below 128 pixels",

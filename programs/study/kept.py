@@ -95,6 +95,12 @@ def lean_path(data):
     return lean
 
 
+def lean_number(text):
+    """A tenth of a point is enough where a chart's parts lie, and not for the shapes of its small marks."""
+    number = float(text)
+    return f"{number:.{1 if abs(number) >= 10 else 2}f}".rstrip("0").rstrip(".")
+
+
 def lean_svg(text):
     """A chart of matplotlib's without groups that say nothing, metadata and digits below a tenth of a hundredth of an inch; looks become classes."""
     ElementTree.register_namespace("", SVG)
@@ -107,7 +113,7 @@ def lean_svg(text):
             element.attrib.pop("id", None)
         for key in COORDINATES:
             if key in element.attrib:
-                element.set(key, LONG_NUMBER.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), " ".join(element.get(key).split())))
+                element.set(key, LONG_NUMBER.sub(lambda found: lean_number(found[0]), " ".join(element.get(key).split())))
         if "d" in element.attrib:
             element.set("d", lean_path(element.get("d")))
         if element is not root and "style" in element.attrib:
@@ -120,7 +126,7 @@ def lean_svg(text):
     style = ElementTree.Element(f"{{{SVG}}}style")
     style.text = "*{stroke-linejoin:round;stroke-linecap:butt}" + "".join(f".{name}{{{look.replace(': ', ':').replace('; ', ';')}}}" for look, name in looks.items())
     root.insert(0, style)
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
+    return ElementTree.tostring(root, encoding="unicode").replace(" />", "/>") + "\n"
 
 
 def unwrap(parent):
