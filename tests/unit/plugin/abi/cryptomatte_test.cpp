@@ -66,6 +66,24 @@ protected:
         }
     }
 
+    Frame of_eight_passes(const Met& met) {
+        settings.spp = 8;
+        es_sequence* sequence = open();
+        es_frame* frame = begin(sequence, at(0));
+        fill(frame, met, 8);
+        end(frame);
+        es_sequence_close(sequence);
+        return read(0);
+    }
+
+    /// In the middle these two objects, and no others.
+    static void expect_two(const Frame& made, const char* first, float share, const char* second, float other_share) {
+        const float* pixel = made.planes.at("crypto_object").pixel(40, 20);
+        const float expected[12] = {cryptomatte_id(first), share, cryptomatte_id(second), other_share};
+        for (int c = 0; c < 12; ++c)
+            EXPECT_EQ(pixel[c], expected[c]) << c;
+    }
+
     void name_three_of_two_names() {
         objects.push_back("bunny");
         name_two();
@@ -87,46 +105,22 @@ protected:
 /// A scene's grass may be hundreds of objects: one name in a picture is one id.
 TEST_F(AbiCryptomatte, ObjectsOfOneNameCountTogether) {
     name_three_of_two_names();
-    settings.spp = 8;
-    es_sequence* sequence = open();
-    es_frame* frame = begin(sequence, at(0));
-    fill(
-        frame, [](int, int, std::uint32_t pass) { return std::pair(pass < 3   ? 2u
-                                                                   : pass < 5 ? 3u
-                                                                              : 1u,
-                                                                   1u); }, 8);
-    end(frame);
-    es_sequence_close(sequence);
-    const Frame made = read(0);
-    const float* pixel = made.planes.at("crypto_object").pixel(40, 20);
-    const float expected[] = {
-        cryptomatte_id("bunny"), 0.625f, cryptomatte_id("a \"b\""), 0.375f, 0, 0, 0, 0, 0, 0, 0, 0};
-    for (int c = 0; c < 12; ++c)
-        EXPECT_EQ(pixel[c], expected[c]) << c;
+    const Frame made = of_eight_passes([](int, int, std::uint32_t pass) {
+        const std::uint32_t objects_met[] = {2, 2, 2, 3, 3, 1, 1, 1};
+        return std::pair(objects_met[pass], 1u);
+    });
+    expect_two(made, "bunny", 0.625f, "a \"b\"", 0.375f);
 }
 
 TEST_F(AbiCryptomatte, CoverageIsTheShareOfSamplesTheLargestFirst) {
     name_two();
-    settings.spp = 8;
-    es_sequence* sequence = open();
-    es_frame* frame = begin(sequence, at(0));
     // Object 2 in five samples, object 1 in two, one misses; in pixel 0, 0 eight objects of a sample each.
-    fill(
-        frame,
-        [](int x, int y, std::uint32_t pass) {
-            if (x == 0 && y == 0)
-                return std::pair(8 - pass, pass < 4 ? 1u : 7u);
-            return std::pair(pass < 2 ? 1u : pass < 7 ? 2u : 0u, pass < 7 ? 1u : 0u);
-        },
-        8);
-    end(frame);
-    es_sequence_close(sequence);
-    const Frame made = read(0);
-    const float* pixel = made.planes.at("crypto_object").pixel(40, 20);
-    const float expected[] = {
-        cryptomatte_id("a \"b\""), 0.625f, cryptomatte_id("bunny"), 0.25f, 0, 0, 0, 0, 0, 0, 0, 0};
-    for (int c = 0; c < 12; ++c)
-        EXPECT_EQ(pixel[c], expected[c]) << c;
+    const Frame made = of_eight_passes([](int x, int y, std::uint32_t pass) {
+        if (x == 0 && y == 0)
+            return std::pair(8 - pass, pass < 4 ? 1u : 7u);
+        return std::pair(pass < 2 ? 1u : pass < 7 ? 2u : 0u, pass < 7 ? 1u : 0u);
+    });
+    expect_two(made, "a \"b\"", 0.625f, "bunny", 0.25f);
     EXPECT_EQ(made.planes.at("crypto_material").pixel(40, 20)[0], cryptomatte_id("default"));
     EXPECT_EQ(made.planes.at("crypto_material").pixel(40, 20)[1], 0.875f);
     // Six are kept; those without a name are called after their number. Of equal shares the lowest number comes first.
