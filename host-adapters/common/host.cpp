@@ -364,8 +364,8 @@ void require_same_clock(const PosePath& path, const std::string& name, const Mov
     if (path.clock_start_s() != 0 && theirs_s != 0 && path.clock_start_s() != theirs_s)
         throw InputError(expected_found(
             "--path " + name,
-            formatted("times from %.17g s on, from which the path of %s counts", theirs_s, moving.object.c_str()),
-            formatted("%.17g s", path.clock_start_s())));
+            formatted("a path that begins at %.6f s, as that of %s does", theirs_s, moving.object.c_str()),
+            formatted("%.6f s", path.clock_start_s())));
 }
 
 }  // namespace

@@ -220,7 +220,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
     info.ipd_m = in.number("equistream:ipd", 0, max_ipd_m);
     if (in.text("equistream:camera") == "ods" && !make_ods(info))
-        throw InputError(expected_found(in.file() + ": equistream:eye", "left or right with camera ods", "centre"));
+        throw InputError(expected_found(in.file() + ": equistream:eye",
+                                        "left or right with camera ods, and eyes that are apart", "others"));
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
     info.head_radius_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);

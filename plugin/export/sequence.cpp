@@ -230,7 +230,8 @@ Manifest from_json(const json& document, const std::string& where) {
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
     info.ipd_m = in.number("ipd_m", 0, max_ipd_m);
     if (in.section("camera").text("kind") == "ods" && !make_ods(info))
-        throw InputError(expected_found("manifest: eye", "left or right with camera ods", "centre"));
+        throw InputError(
+            expected_found("manifest: eye", "left or right with camera ods, and eyes that are apart", "others"));
     info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
     info.head_radius_m = in.number("lean_m", 0, max_head_box_radius_m);
     info.exposure = in.number("exposure", std::numeric_limits<double>::min(), std::numeric_limits<double>::max());

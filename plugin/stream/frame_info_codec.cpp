@@ -282,7 +282,7 @@ TaggedFrameInfo read_fields(Reader& in) {
     info.head = in.get_pose("head pose");
     info.ipd_m = in.get_number("interpupillary distance", 0, max_ipd_m);
     if (kind == CameraKind::ods && !make_ods(info))
-        damaged("omnidirectional stereo of a left or right eye", "an eye at the centre");
+        damaged("omnidirectional stereo of a left or right eye, of eyes that are apart", "others");
     info.head_radius_m = in.get_number("head box radius", 0, max_head_box_radius_m);
     info.exposure = in.get_positive("exposure");
     info.seed = in.get<std::uint64_t>();

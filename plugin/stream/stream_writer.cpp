@@ -50,7 +50,7 @@ void add_side_data(AVStream& stream, AVPacketSideDataType type, Data* data, std:
     }
 }
 
-/// Players know no other spheres than whole ones whose middle is ahead, and parts of these.
+/// Players know only spheres whose middle is ahead, whole or in part.
 bool can_be_tagged(const LongitudeLatitudeRange& range) {
     constexpr double rounding = 1e-9;
     return range.longitude_min >= -pi - rounding && range.longitude_max <= pi + rounding;

@@ -210,8 +210,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
             (source.role == sources.looked_at().role || can_be_halved(width_of(info.camera), height_of(info.camera)));
         if (asked.halved.value_or(false) && source.role == sources.looked_at().role &&
             !can_be_halved(width_of(info.camera), height_of(info.camera)))
-            throw InputError(expected_found("--depth-scale",
-                                            "1 where sides are no whole fours, or are below 128 pixels",
+            throw InputError(expected_found("--depth-scale", "1 where a side is no multiple of 4, or below 128 pixels",
                                             "2 for " + size_text(width_of(info.camera), height_of(info.camera))));
         track.focal_length_px = focal_length_px;
         if (role == TrackRole::depth)

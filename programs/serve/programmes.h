@@ -37,7 +37,7 @@ public:
     virtual void hear(std::span<const char>) {}
 };
 
-/// A feed says something at least so often: clients give up a server that is silent.
+/// A feed, but for one of tiles, says something at least so often: clients give up a server that is silent.
 inline constexpr double longest_silence_s = 1;
 
 /// What all viewers look at.

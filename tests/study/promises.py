@@ -31,6 +31,7 @@ GENERATED = ("pavilion", "motion", "materials", "leaf", "near", "poles", "seam",
 class Scene:
     def __init__(self, programs, work, name):
         self.programs, self.folder, self.name = programs, work / name, name
+        self.commit = provenance(programs, REPOSITORY)["versions"]["commit"]
         self.folder.mkdir(parents=True, exist_ok=True)
         self.file = REPOSITORY / f"scenes/descriptions/{name}.json"
         if not self.file.exists():
@@ -62,10 +63,10 @@ class Scene:
         return [f"truth-{seed}" for seed in TRUTH_SEEDS]
 
     def used(self, level, frames, seed):
-        """Its error, of both eyes together. What an earlier run has found by the same file is taken as it is."""
+        """Its error, of both eyes together. What an earlier run of the same programs has found by the same file is taken as it is."""
         name, settings = f"{level}-{seed}", ("--settings", f"{level}.ini", "--progress", "none", "--out")
         found_in, asked_by = self.folder / f"{name}.json", self.folder / f"{name}.ini"
-        asked = "\n".join(line for line in (self.folder / f"{level}.ini").read_text().splitlines() if not line.startswith("#"))
+        asked = f"# {self.commit}, frames {frames}\n" + "\n".join(line for line in (self.folder / f"{level}.ini").read_text().splitlines() if not line.startswith("#"))
         if found_in.exists() and asked_by.exists() and asked_by.read_text() == asked:
             return found.error({"whole": json.loads(found_in.read_text())["eyes"]}, kind=found.WHOLE)
         found_in.unlink(missing_ok=True)

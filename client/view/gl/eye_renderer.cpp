@@ -430,7 +430,8 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     if (options.reliability) {
         const bool is_found = known.texture != 0 && finder_ != nullptr;
         JudgedEyes judged{eyes_, known, targets};
-        for (std::size_t i = 0; current().right() != nullptr && i < eyes_.size(); ++i)
+        const bool of_main_alone = options.surface && !by_eye_ && found.texture != 0;
+        for (std::size_t i = 0; current().right() != nullptr && !of_main_alone && i < eyes_.size(); ++i)
             if (takes_right(i, options.right_alone && !(options.surface && by_eye_)))
                 judged.sources[i] = &current().right()->view;
         reliability_.estimate(mirroring(), judged, confidence_options(frame().main.info, is_found, options.mirrors));

@@ -108,7 +108,7 @@ class Models(Commands):
         for begin in (1000005, 1000000):
             head.write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "".join(f"{begin + i},0,1.6,0,1,0,0,0\n" for i in range(2)))
             if begin == 1000005:
-                self.refused(render, f"--path {head}: expected times from 1000000 s on", "found 1000005 s")
+                self.refused(render, f"--path {head}: expected a path that begins at 1000000.000000 s", "found 1000005.000000 s")
             else:
                 self.done(*render)
 

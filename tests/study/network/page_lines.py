@@ -20,7 +20,7 @@ WATCH = """(() => {
         const frame = globalThis.equistream?.shownFrame?.frame ?? null;
         if (frame && frame !== last) {
             last = frame;
-            seen.push([frame.info.time, now / 1000, frame.info.index ?? frame.index]);
+            seen.push([frame.info.time, now / 1000]);
         }
         if (frame) {
             refreshes.push(now);
@@ -67,8 +67,8 @@ def figures(found):
     seen, refreshes = found.get("seen", []), found.get("refreshes", [])
     if len(seen) < 2:
         return {}
-    soonest = min(at - due for due, at, _ in seen)
-    later = sorted(1000 * (at - due - soonest) for due, at, _ in seen if due >= seen[0][0] + 1)
+    soonest = min(at - due for due, at in seen)
+    later = sorted(1000 * (at - due - soonest) for due, at in seen if due >= seen[0][0] + 1)
     between = sorted(second - first for first, second in zip(refreshes, refreshes[1:]))
     return {"shown": len(seen), "passed": found["passed"], "first_picture_ms": round(found["first_picture_ms"]), "later_ms": ranks(later), "between_refreshes_ms": ranks(between)}
 
