@@ -153,9 +153,8 @@ void require_ods_possible(const Typed& typed, const RenderOptions& o) {
 /// The host is the program: `equistream render` chooses it by the command line, before any settings are read.
 void require_own_host(const std::string& host, const std::string& own) {
     if (host != own)
-        throw InputError(
-            expected_found("--host", own + ", which this program is",
-                           "'" + host + "'; give --host " + host + " on the command line, not in a settings file"));
+        throw InputError(expected_found(
+            "--host", own + " (equistream render chooses another by the command line alone)", "'" + host + "'"));
 }
 
 RenderOptions checked(const Typed& typed, const std::string& own_host) {

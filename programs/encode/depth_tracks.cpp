@@ -205,11 +205,9 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
                                             "spheres whose rays all begin at one place",
                                             "omnidirectional stereo, which clients turn without depth"));
         DepthTrack track{role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
-        track.halved =
-            may_be_halved(role) && asked.halved.value_or(false) &&
-            (source.role == sources.looked_at().role || can_be_halved(width_of(info.camera), height_of(info.camera)));
-        if (asked.halved.value_or(false) && source.role == sources.looked_at().role &&
-            !can_be_halved(width_of(info.camera), height_of(info.camera)))
+        const bool halves = may_be_halved(role) && asked.halved.value_or(false);
+        track.halved = halves && can_be_halved(width_of(info.camera), height_of(info.camera));
+        if (halves && !track.halved && source.role == sources.looked_at().role)
             throw InputError(expected_found("--depth-scale", "1 where a side is no multiple of 4, or below 128 pixels",
                                             "2 for " + size_text(width_of(info.camera), height_of(info.camera))));
         track.focal_length_px = focal_length_px;

@@ -6,13 +6,13 @@
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 #include <scenes/generate/generate.h>
+#include <scenes/library/file_bytes.h>
 #include <scenes/mitsuba/convert.h>
 #include <scenes/mitsuba/old_scene.h>
 
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <sstream>
 
@@ -61,7 +61,7 @@ void require_no_other(const GeneratedScene& scene, const std::filesystem::path& 
     if (!std::filesystem::exists(file))
         return;
     std::ostringstream there;
-    there << std::ifstream(file).rdbuf();
+    there << open_regular_file(file, "scene description").rdbuf();
     if (there.str() != description_text(scene.description))
         throw InputError(expected_found(file.string(), "no scene, or the one that this command makes",
                                         "another one; choose another folder or --overwrite"));

@@ -68,10 +68,16 @@ def frames_in(folders):
     return found
 
 
+def frames_of_job(folder, name, out, folders):
+    """As frames_in(folders), but for streams that lay in OUT before: those that no task of the step has rendered. Where no folder of a task is left, all of OUT is the job's."""
+    ours = frames_in(chunk_folders(folder, name)) or frames_in([out])
+    return {stream: numbers for stream, numbers in frames_in(folders).items() if stream in ours}
+
+
 def frames_done(folder, plan, step):
     """Of a step that is divided by frames: how many are there in every stream, gathered or not."""
     out = base_of(folder, plan) / step["out"]
-    found = frames_in([out, *chunk_folders(folder, step["name"])])
+    found = frames_of_job(folder, step["name"], out, [out, *chunk_folders(folder, step["name"])])
     return min((sum(step["first"] <= number <= step["last"] for number in numbers) for numbers in found.values()), default=0)
 
 

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 
-from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_in, read_plan
+from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, read_plan
 from gathered import gather
 from options import minutes_text
 from steps import ENDS_WITH_PARENT, Failed, write_whole
@@ -121,11 +121,9 @@ class Runner:
 def gather_frames(step, folder, base):
     """All that the step's tasks rendered, in the folder that the job names. Failed where a frame is missing."""
     out = base / step["out"]
-    rendered = chunk_folders(folder, step["of"])
-    gather(rendered, out, step["command"])
+    gather(chunk_folders(folder, step["of"]), out, step["command"])
     first, last = step["first"], step["last"]
-    ours = frames_in(rendered)
-    found = {stream: numbers for stream, numbers in frames_in([out]).items() if stream in ours or not ours}
+    found = frames_of_job(folder, step["of"], out, [out])
     for stream, numbers in found.items():
         if missing := last - first + 1 - sum(first <= number <= last for number in numbers):
             lowest = next(number for number in range(first, last + 1) if number not in numbers)

@@ -115,7 +115,7 @@ class Models(Commands):
     def test_a_host_in_a_settings_file_must_be_the_one_that_runs(self):
         settings = self.out / "host.ini"
         settings.write_text("[render]\nhost = mitsuba\n")
-        self.refused(["render", self.description, "--settings", settings, "--out", self.out / "frames"], "--host: expected embree", "on the command line")
+        self.refused(["render", self.description, "--settings", settings, "--out", self.out / "frames"], "--host: expected embree", "by the command line alone")
         settings.write_text("[render]\nhost = embree\n")
         self.done("render", self.description, "--settings", settings, "--dry-run", "--out", self.out / "frames")
 

@@ -89,6 +89,17 @@ class Divided(Farm):
         self.assertTrue((self.root / "frames.mp4").exists())
         self.assertEqual(self.farm("status", "farm").stdout.split("\n")[:3], ["render: 10 of 10 frames", "render-whole: 1 of 1 tasks", "encode: 1 of 1 tasks"])
 
+    def test_another_eyes_frames_are_not_the_jobs_and_geometry_is(self):
+        self.started(*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--eye", "left", "--out", "frames").check_returncode()
+        self.farm("--chunk", 5, "--frame-seconds", 3, *self.render, "--out", "frames")
+        for number in range(2):
+            self.farm("task", "farm", "render", number)
+        (self.root / "farm/parts/render/000000-000004/scene.json").write_text("as Mitsuba's host writes it")
+        self.farm("task", "farm", "render-whole")
+        self.assertIn("render: 10 of 10 frames", self.farm("status", "farm").stdout)
+        self.assertEqual((self.root / "frames/scene.json").read_text(), "as Mitsuba's host writes it")
+        self.assertEqual(len(list((self.root / "frames/left").glob("*.exr"))), 1)
+
     def test_by_tiles(self):
         """With what is made of whole pictures: hidden layers are padded, references lie elsewhere in every frame, tiles have other samples."""
         several = (*RENDER[:2], "--frames", "0-1", *RENDER[4:6], "--spp", "3", "--layers", "--aovs", "all,reference,guides", "--samples", "angle")
