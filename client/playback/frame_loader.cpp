@@ -168,7 +168,9 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
         return;
     }
     truncation_ = feed_->truncation();
-    if (is_live_ && (attempts_ > 0 || !truncation_.empty()))
+    // A stream that ends in the same place again was cut when it was recorded.
+    const bool is_cut_again = attempts_ == 0 && std::exchange(cut_at_, newest_) == newest_;
+    if (is_live_ && (attempts_ > 0 || !truncation_.empty()) && !is_cut_again)
         return wait_to_try_again(lock);
     ended_ = true;
     if (is_live_)

@@ -101,6 +101,7 @@ private:
     FeedSummary summary_;
     std::shared_ptr<FrameReel> reel_;
     std::int64_t newest_ = -1;  ///< number in the reel; the reading thread's own
+    std::int64_t cut_at_ = -1;  ///< the newest when the source ended last; the reading thread's own
     std::size_t ahead_ = 0;     ///< of them, not yet passed
     std::int64_t wanted_first_ = 0;
     unsigned seeks_ = 0;       ///< a frame that was read before the last does not count

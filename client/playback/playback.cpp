@@ -214,21 +214,24 @@ Playback::Moment Playback::show(double frame_time_s) {
     return {std::move(loaded.frame), false};
 }
 
-/// Positions travel unchanged.
-constexpr double same_place_m = 1e-9;
+/// Poses travel unchanged, but for what rounding does.
+bool is_same(const Pose& a, const Pose& b) {
+    constexpr double same_place_m = 1e-9, same_turn = 1e-9;
+    const glm::dquat& q = b.orientation;
+    return glm::distance(a.position_m, b.position_m) <= same_place_m &&
+           std::min(glm::length(a.orientation - q), glm::length(a.orientation + q)) <= same_turn;
+}
 
 void FollowedHead::show(const Pose& frame_head) {
-    is_followed_ = std::ranges::any_of(sent_m_, [&](const glm::dvec3& position_m) {
-        return glm::distance(position_m, frame_head.position_m) <= same_place_m;
-    });
+    is_followed_ = std::ranges::any_of(sent_, [&](const Pose& sent) { return is_same(sent, frame_head); });
     if (!is_followed_)
         around_ = frame_head;
 }
 
 void FollowedHead::sent(const Pose& head) {
-    sent_m_.push_back(head.position_m);
-    if (sent_m_.size() > max_sent)
-        sent_m_.pop_front();
+    sent_.push_back(head);
+    if (sent_.size() > max_sent)
+        sent_.pop_front();
 }
 
 }  // namespace equistream

@@ -128,7 +128,7 @@ private:
     static constexpr std::size_t max_sent = 4096;  // two minutes of them
 
     Pose around_;
-    std::deque<glm::dvec3> sent_m_;  // positions
+    std::deque<Pose> sent_;
     bool is_followed_ = false;
 };
 

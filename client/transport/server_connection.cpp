@@ -210,10 +210,18 @@ private:
             if (refused && is_nobody && connect_elsewhere())
                 return;
             if (refused)
-                return fail(is_nobody ? "a server" : "a server that knows the secret", refused);
+                return fail(is_nobody                                 ? "a server"
+                            : !connect_elsewhere && hangs_up(refused) ? "a server that has room for another viewer"
+                                                                      : "a server that knows the secret",
+                            refused);
             change([this] { is_open_ = true; });
             read();
         });
+    }
+    /// By TLS who does not know the secret is told so, and who finds no room is not; by SRT both are cut off.
+    static bool hangs_up(const asio::error_code& error) {
+        return error == asio::error::eof || error == asio::error::connection_reset ||
+               error == asio::ssl::error::stream_truncated;
     }
     void fail(const std::string& expected, const asio::error_code& error) {
         change([&] { problem_ = {expected, error.message()}; });
@@ -334,9 +342,11 @@ std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
     case Line::Waited::done:
         break;
     }
-    has_sent_ = true;
     const std::size_t count = line_->take(bytes);
     has_ended_ = count == 0;
+    if (has_ended_ && !has_sent_)
+        throw WorkError("the server hung up before it sent anything; it may have no room for another viewer");
+    has_sent_ = true;
     if (const std::string cut = has_ended_ ? line_->cut() : ""; !cut.empty())
         throw WorkError("the connection to the server broke: " + cut);
     return count;

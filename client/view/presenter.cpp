@@ -62,8 +62,13 @@ void Presenter::go_on_from(Presenter& before) {
         playback_.pause();
     else
         playback_.play();
-    if (!playback_.is_live())
+    if (!playback_.is_live()) {
         seek(before.wanted_s());
+    } else if (truth_ == nullptr) {  // frames are on their way that were rendered for the head as it is now
+        followed_ = before.followed_;
+        if (report_.frames > 0)
+            followed_.show(frame().main.info.head);
+    }
 }
 
 void Presenter::know_of(const std::string& loading, const std::vector<std::string>& recent) {

@@ -141,8 +141,7 @@ void Presenter::refresh_headset() {
     }
     if (!headset_->is_running()) {
         is_worn_ = false;
-        if (!refresh_window())
-            box_.wait(headset_idle_s);
+        rest(refresh_window(), headset_idle_s);
         return;
     }
     const std::optional<HeadsetView> seen = headset_->begin_frame();

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
 #include <utility>
 
 namespace equistream {
@@ -27,7 +29,7 @@ std::string last_error() {
 /// Events are kept in their order, so that a drag counts that began and ended within one refresh.
 struct Pointed {
     Inputs inputs;
-    bool is_left_down = false;
+    bool is_left_down = false, has_moved = false;
 };
 
 Pointed& pointed_of(GLFWwindow* window) {
@@ -106,25 +108,46 @@ void on_damage(GLFWwindow* window) {
     pointed_of(window).inputs.is_damaged = true;
 }
 
+void on_move(GLFWwindow* window, int, int) {
+    pointed_of(window).has_moved = true;
+}
+
 double beyond_dead_zone(float x) {
     const double size = std::abs(double(x));
     return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), double(x));
 }
 
+/// How much of the place a display shows; of both sides none is below 0.
+gl::Size shown_part(GLFWmonitor* monitor, const DesktopPlace& place) {
+    int left = 0, top = 0, width = 0, height = 0;
+    glfwGetMonitorWorkarea(monitor, &left, &top, &width, &height);
+    return {std::max(0, std::min(left + width, place.left + place.width) - std::max(left, place.left)),
+            std::max(0, std::min(top + height, place.top + place.height) - std::max(top, place.top))};
+}
+
+std::span<GLFWmonitor*> monitors() {
+    int count = 0;
+    GLFWmonitor** all = glfwGetMonitors(&count);
+    return {all, std::size_t(count)};
+}
+
 /// Whether enough of it would be on a display to be seen and taken hold of.
 bool can_be_seen(const DesktopPlace& place) {
     constexpr int least_px = 64;
-    int count = 0;
-    GLFWmonitor** monitors = glfwGetMonitors(&count);
-    for (int i = 0; i < count; ++i) {
-        int left = 0, top = 0, width = 0, height = 0;
-        glfwGetMonitorWorkarea(monitors[i], &left, &top, &width, &height);
-        const int columns = std::min(left + width, place.left + place.width) - std::max(left, place.left);
-        const int rows = std::min(top + height, place.top + place.height) - std::max(top, place.top);
-        if (columns >= std::min(least_px, place.width) && rows >= std::min(least_px, place.height))
-            return true;
-    }
-    return false;
+    return std::ranges::any_of(monitors(), [&](GLFWmonitor* monitor) {
+        const gl::Size part = shown_part(monitor, place);
+        return part.width >= std::min(least_px, place.width) && part.height >= std::min(least_px, place.height);
+    });
+}
+
+/// The one that shows most of the place, the first one where none does; null where there is no display.
+GLFWmonitor* monitor_of(const DesktopPlace& place) {
+    const auto area = [&](GLFWmonitor* monitor) {
+        const gl::Size part = shown_part(monitor, place);
+        return std::int64_t(part.width) * part.height;
+    };
+    const std::span<GLFWmonitor*> all = monitors();
+    return all.empty() ? nullptr : *std::ranges::max_element(all, {}, area);
 }
 
 }  // namespace
@@ -163,12 +186,10 @@ Window::Window(GLFWwindow* window) : window_(window), pointer_(std::make_unique<
     glfwSetScrollCallback(window_, on_scroll);
     glfwSetMouseButtonCallback(window_, on_button);
     glfwSetWindowRefreshCallback(window_, on_damage);
+    glfwSetWindowPosCallback(window_, on_move);
     make_current();
     glfwSwapInterval(1);
-    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
-    if (const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
-        mode != nullptr && mode->refreshRate > 0)
-        refresh_hz_ = mode->refreshRate;
+    keep_pace();
 }
 
 Window::~Window() {
@@ -186,7 +207,18 @@ void Window::release() {
     glfwMakeContextCurrent(nullptr);
 }
 
+/// With the display that it is on.
+void Window::keep_pace() {
+    GLFWmonitor* const full = glfwGetWindowMonitor(window_);
+    GLFWmonitor* const monitor = full != nullptr ? full : monitor_of(place());
+    const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode != nullptr && mode->refreshRate > 0)
+        refresh_hz_ = mode->refreshRate;
+}
+
 Inputs Window::take_inputs() {
+    if (std::exchange(pointer_->has_moved, false))
+        keep_pace();
     return std::exchange(pointer_->inputs, {});
 }
 
@@ -243,11 +275,11 @@ void Window::toggle_fullscreen() {
         glfwSetWindowMonitor(window_, nullptr, place_.left, place_.top, place_.width, place_.height, GLFW_DONT_CARE);
         return;
     }
-    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    place_ = place();
+    GLFWmonitor* monitor = monitor_of(place_);
     const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
     if (mode == nullptr)
         return;
-    place_ = place();
     glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 

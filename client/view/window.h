@@ -6,6 +6,7 @@
 #include <client/gpu/context.h>
 #include <client/gpu/objects.h>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -60,12 +61,13 @@ public:
 
 private:
     explicit Window(GLFWwindow* window);
+    void keep_pace();
 
     struct Pointer;
 
     GLFWwindow* window_;
     std::unique_ptr<Pointer> pointer_;
-    double refresh_hz_ = 60;
+    std::atomic<double> refresh_hz_ = 60;
     DesktopPlace place_;  ///< before it went full screen
 };
 

@@ -1,12 +1,18 @@
 // Around which head the viewer's turns and moves: the same rules as FollowedHead and Presenter::lead in C++.
 const mostSent = 4096;     // two minutes of them
-const samePlace = 1e-9;    // metres: positions travel unchanged
+
+/// Poses travel unchanged, but for what rounding does: 1e-9 m, and as much of a unit quaternion of either sign.
+function isSame(a, b) {
+    const apart = (p, q, sign) => Math.hypot(...p.map((number, i) => number - sign * q[i]));
+    return apart(a.position, b.position, 1) <= 1e-9 &&
+        Math.min(apart(a.orientation, b.orientation, 1), apart(a.orientation, b.orientation, -1)) <= 1e-9;
+}
 
 export class FollowedHead {
     constructor() {
         this.around = null;
         this.isFollowed = false;  // what is shown was rendered for a head that was sent
-        this.places = [];
+        this.heads = [];
         this.frame = null;
     }
 
@@ -16,15 +22,14 @@ export class FollowedHead {
             return;
         this.frame = frame;
         const {head} = frame.info;
-        this.isFollowed = this.places.some(
-            place => Math.hypot(...place.map((metres, i) => metres - head.position[i])) <= samePlace);
+        this.isFollowed = this.heads.some(sent => isSame(sent, head));
         if (!this.isFollowed)
             this.around = head;
     }
 
     sent(head) {
-        this.places.push(head.position);
-        if (this.places.length > mostSent)
-            this.places.shift();
+        this.heads.push(head);
+        if (this.heads.length > mostSent)
+            this.heads.shift();
     }
 }

@@ -1,6 +1,6 @@
 // Where the viewer's head is, relative to the head that a frame was made for: turned and moved by mouse, fingers, keys
 // and the device's own turning. The same rules as client/view/head_motion.h.
-import {aboutAxis, composed, conjugate, multiply, normalized, rotate} from "./poses.js";
+import {aboutAxis, composed, conjugate, headingOf, multiply, normalized, rotate} from "./poses.js";
 
 const turnPerSecond = 1, metresPerSecond = 0.15, turnPerPixel = 0.0025;
 const halfTurn = Math.PI;
@@ -24,21 +24,25 @@ export class Head {
     constructor(element) {
         this.down = new Set();
         this.centre();
-        this.device = null;
+        this.device = null;   // its turn, while it is followed
+        this.turned = null;   // what hears of it
         this.dragged = null;  // the pointer that turns
         element.addEventListener("pointerdown", event => {
             if (event.button !== 0 || this.dragged !== null)
                 return;
             element.setPointerCapture(event.pointerId);
             this.dragged = event.pointerId;
+            this.draggedTo = [event.clientX, event.clientY];
         });
         element.addEventListener("pointermove", event => {
             if (!event.buttons)  // it was let go where nobody heard
                 this.dragged = null;
             if (this.dragged !== event.pointerId)
                 return;
-            this.yaw += turnPerPixel * event.movementX;
-            this.tilt(turnPerPixel * event.movementY);
+            const [x, y] = this.draggedTo;
+            this.draggedTo = [event.clientX, event.clientY];
+            this.yaw += turnPerPixel * (event.clientX - x);
+            this.tilt(turnPerPixel * (event.clientY - y));
         });
         for (const end of ["pointerup", "pointercancel"])
             element.addEventListener(end, event => {
@@ -69,19 +73,23 @@ export class Head {
         return true;
     }
 
-    /// Some browsers ask the person first, and only after a touch.
+    /// Begins, or ends. Some browsers ask the person first, and only after a touch; false: they may not.
     async followDevice() {
-        if (this.follows)
-            return;
+        if (this.turned) {
+            removeEventListener("deviceorientation", this.turned);
+            this.turned = this.device = this.deviceCentre = null;
+            return true;
+        }
         if (globalThis.DeviceOrientationEvent?.requestPermission)
             if (await DeviceOrientationEvent.requestPermission() !== "granted")
-                return;
-        this.follows = true;
-        addEventListener("deviceorientation", event => {
+                return false;
+        this.turned = event => {
             if (event.alpha === null || event.beta === null || event.gamma === null)
                 return;
             this.device = deviceOrientation(event, screen.orientation?.angle ?? 0);
-        });
+        };
+        addEventListener("deviceorientation", this.turned);
+        return true;
     }
 
     /// Goes on for so many seconds; stays within `lean` metres.
@@ -98,16 +106,19 @@ export class Head {
             this.offset = this.offset.map(metres => metres * lean / away);
     }
 
-    /// In the world, for a frame whose head is `around`.
+    /// In the world, for a frame whose head is `around`. What tilts it goes between the device's heading and the rest of
+    /// its turn: up and down stay so wherever the device points.
     pose(around) {
-        const turn = multiply(aboutAxis([0, 1, 0], this.yaw), aboutAxis([1, 0, 0], this.pitch));
-        let device = [1, 0, 0, 0];
+        let heading = [1, 0, 0, 0], rest = heading;
         if (this.device) {
             // Where it was turned to at first is straight ahead.
-            const [w, , y] = this.device;
-            this.deviceCentre ??= conjugate(normalized(Math.hypot(w, y) < 1e-6 ? [1, 0, 0, 0] : [w, 0, y, 0]));
-            device = multiply(this.deviceCentre, this.device);
+            const turned = headingOf(this.device);
+            this.deviceCentre ??= conjugate(turned);
+            heading = multiply(this.deviceCentre, turned);
+            rest = multiply(conjugate(turned), this.device);
         }
-        return composed(around, {position: this.offset, orientation: normalized(multiply(turn, device))});
+        const level = multiply(aboutAxis([0, 1, 0], this.yaw), heading);
+        const orientation = multiply(multiply(level, aboutAxis([1, 0, 0], this.pitch)), rest);
+        return composed(around, {position: this.offset, orientation: normalized(orientation)});
     }
 }

@@ -214,11 +214,10 @@ class Page {
     }
 
     headOf(seconds) {
-        const {around} = this;
-        if (!around)
+        const {around} = this, frame = this.player.shown ?? this.shownFrame.frame;
+        if (!around || !frame)  // after a jump there may be none yet
             return null;
-        const info = (this.player.shown ?? this.shownFrame.frame).info;
-        this.head.steer(seconds, info.lean);
+        this.head.steer(seconds, frame.info.lean);
         return this.head.pose(around);
     }
 
@@ -284,10 +283,12 @@ class Page {
             "t": () => of("figures").hidden = !of("figures").hidden,
             "h": () => of("help").hidden = !of("help").hidden,
             "o": () => of("file").click(),
-            "g": () => this.head.followDevice(),
-            "f": () => document.fullscreenElement ? document.exitFullscreen()
-                                                  : document.documentElement.requestFullscreen(),
+            "g": () => this.head.followDevice().then(
+                may => may || this.fail(new StreamError("the browser does not say how this device is turned"))),
+            "f": () => (document.fullscreenElement ? document.exitFullscreen()
+                                                   : document.documentElement.requestFullscreen?.())?.catch(() => {}),
         };
+        document.querySelector("[data-key=f]").hidden = !document.fullscreenEnabled;  // phones have none
         addEventListener("keydown", event => {
             const name = nameOf(event);
             if (event.ctrlKey || event.metaKey || event.altKey || isControlsOwn(event.target, event.key))

@@ -29,6 +29,11 @@ export const aboutAxis = ([x, y, z], angle) => {
     return [Math.cos(angle / 2), s * x, s * y, s * z];
 };
 
+/// The part of a turn that is about the vertical.
+export function headingOf([w, , y]) {
+    return Math.hypot(w, y) < 1e-6 ? [1, 0, 0, 0] : normalized([w, 0, y, 0]);
+}
+
 export const plus = (a, b) => a.map((number, i) => number + b[i]);
 export const minus = (a, b) => a.map((number, i) => number - b[i]);
 

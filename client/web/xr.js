@@ -1,6 +1,6 @@
 // A headset, by WebXR: both eyes' poses are taken relative to where the head was when the session began, and put where
 // the stream's head is.
-import {conjugate, multiply, rotate} from "./poses.js";
+import {conjugate, headingOf, multiply, rotate} from "./poses.js";
 
 const poseOf = ({position: p, orientation: q}) => ({position: [p.x, p.y, p.z], orientation: [q.w, q.x, q.y, q.z]});
 
@@ -63,11 +63,7 @@ export class Headset {
         if (!viewer)
             return;
         const head = poseOf(viewer.transform);
-        if (!this.centre) {
-            const [w, , y] = head.orientation, length = Math.hypot(w, y);
-            const turn = length < 1e-6 ? [1, 0, 0, 0] : [w / length, 0, y / length, 0];
-            this.centre = {position: head.position, orientation: turn};
-        }
+        this.centre ??= {position: head.position, orientation: headingOf(head.orientation)};
         const back = conjugate(this.centre.orientation);
         const local = pose => ({
             position: rotate(back, pose.position.map((metres, i) => metres - this.centre.position[i])),

@@ -166,7 +166,7 @@ RenderOptions checked(const Typed& typed, const std::string& own_host) {
     o.eyes = eye == "both" ? std::vector{ES_EYE_LEFT, ES_EYE_RIGHT} : std::vector{parse_eye(eye)};
     if (!typed.small_eye.empty())
         o.small_eye = parse_eye(typed.small_eye);
-    o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
+    o.lock = sphere && typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;  // a view turns with the head as it is
     if (typed.fps_option.is_given()) {
         if (!std::isfinite(typed.fps))
             throw InputError(expected_found("--fps", "a finite number", std::to_string(typed.fps)));

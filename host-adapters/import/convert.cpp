@@ -328,7 +328,8 @@ Pose pose_of_attribute(const ForeignExr& file, const SourceConventions& conventi
         taken_for += ", camera looking along -Z";
     }
     const glm::dmat3 world_from_camera = glm::transpose(turn);
-    const Pose pose{-(world_from_camera * move), glm::normalize(glm::quat_cast(world_from_camera))};
+    const Pose pose{-(world_from_camera * move) * conventions.depth_scale_m,
+                    glm::normalize(glm::quat_cast(world_from_camera))};
     if (const auto wrong = position_mismatch(pose.position_m))
         throw InputError(expected_found(where, wrong->expected, wrong->found));
     return pose;

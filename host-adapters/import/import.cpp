@@ -4,6 +4,7 @@
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
 #include <equistream/json_text.h>
+#include <equistream/sequence.h>
 #include <equistream/sequence_writer.h>
 #include <equistream/text.h>
 
@@ -80,7 +81,7 @@ private:
     Camera camera() const {
         Camera camera = plan_.camera;
         if (plan_.ods)
-            std::get<EquirectCamera>(camera).ods_side_m = ods_side_m(view_.eye, settings_.info.ipd_m);
+            std::get<EquirectCamera>(camera).ods_side_m = ods_side_m(view_.eye, plan_.shared.ipd_m);
         return camera;
     }
 
@@ -89,7 +90,7 @@ private:
         sequence.folder = settings_.out / (plan_.window ? "window" : eye_names[int(view_.eye)]);
         sequence.overwrite = settings_.overwrite;
         Manifest& manifest = sequence.manifest;
-        manifest.shared = settings_.info;
+        manifest.shared = plan_.shared;
         manifest.shared.eye = view_.eye;
         manifest.shared.camera = camera();
         if (plan_.window) {
@@ -147,7 +148,7 @@ private:
     }
 
     void find_poses(const ForeignExr& file, FrameInfo& info, Conversion& conversion) const {
-        conversion.pose_is_known = !plan_.path.empty() || plan_.poses_in_attributes;
+        conversion.pose_is_known = !plan_.path.empty() || plan_.poses_in_attributes || plan_.poses_of_our_own;
         if (!plan_.path.empty()) {
             info.head = in_our_world(plan_.path.at(info.time_s));
             conversion.camera_pose = camera_at(info, info.time_s);
@@ -156,6 +157,11 @@ private:
             const bool last = info.index == plan_.last_in_source;
             conversion.previous = camera_at(info, info.time_s - (first ? 0 : step_s));
             conversion.next = camera_at(info, info.time_s + (last ? 0 : step_s));
+            return;
+        }
+        if (plan_.poses_of_our_own) {
+            info.head = read_exr_info(file.file()).head;
+            conversion.camera_pose = camera_pose(camera(), info.head, info.eye, info.ipd_m, info.lock);
             return;
         }
         if (plan_.poses_in_attributes) {

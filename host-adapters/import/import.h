@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,8 @@ struct ImportSettings {
     std::optional<double> frames_per_second;
     std::int64_t first_frame = 0, last_frame = INT64_MAX;
     FrameInfo info;  ///< eye, ipd_m, lock, head_radius_m, exposure, scene
+    /// The options of these that were given. Of frames of our own their attributes say the others.
+    std::set<std::string> told;
     std::string command;
     bool overwrite = false;
     DenoiseQuality denoise = DenoiseQuality::off;
@@ -90,7 +93,9 @@ struct ImportPlan {
     std::optional<WindowPlace> corner;  ///< the pictures are the windows: where they are
     glm::dmat3 colour_to_rec709{1};
     double frames_per_second = 30;
-    bool poses_in_attributes = false;
+    FrameInfo shared;                  ///< the settings' info, and what frames of our own say
+    bool poses_in_attributes = false;  ///< worldToCamera
+    bool poses_of_our_own = false;     ///< the attributes of our own frames
     PosePath path;
     std::string software;
     std::vector<PlannedView> views;

@@ -3,6 +3,7 @@
 #include <equistream/aov.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
+#include <equistream/sequence.h>
 #include <equistream/text.h>
 
 #include <algorithm>
@@ -35,6 +36,7 @@ public:
                 std::to_string(plan_.files.frames.back().index),
             "such as " + first);
         choose_preset();
+        read_our_own();
         if (settings_.density > 0)
             place_window();
         else
@@ -109,6 +111,31 @@ private:
             c.backward = MotionConvention{MotionEnds::to_previous, MotionUnit::pixels, false};
         if (c.channels.contains("forward") && !c.forward)
             c.forward = MotionConvention{MotionEnds::to_next, MotionUnit::pixels, false};
+    }
+
+    /// What frames that `render` or `import` wrote say of themselves, as long as no program has dropped it.
+    void read_our_own() {
+        plan_.shared = settings_.info;
+        if (plan_.conventions.name != "equistream")
+            return;
+        try {
+            own_ = read_exr_info(file().file());
+        } catch (const InputError&) {
+            return;
+        }
+        const auto take = [&](const char* option, auto FrameInfo::*member) {
+            if (!settings_.told.contains(option))
+                plan_.shared.*member = *own_.*member;
+        };
+        take("--ipd", &FrameInfo::ipd_m);
+        take("--lean", &FrameInfo::head_radius_m);
+        take("--lock", &FrameInfo::lock);
+        take("--exposure", &FrameInfo::exposure);
+        take("--name", &FrameInfo::scene);
+        take("--eye", &FrameInfo::eye);
+        say("attributes of equistream",
+            formatted("exposure %g, eyes %g m apart", plan_.shared.exposure, plan_.shared.ipd_m),
+            "attributes; --exposure, --ipd and others tell it");
     }
 
     void choose_camera() {
@@ -251,6 +278,12 @@ private:
             say(settings_.path.string(), std::to_string(plan_.path.keys().size()) + " poses of the head", "--path");
             if (const std::string note = clock_note(plan_.path, settings_.path.string()); !note.empty())
                 plan_.notes.push_back(note);
+            require_poses_of_frames();
+            return;
+        }
+        if (own_) {
+            plan_.poses_of_our_own = true;
+            say("equistream:headPosition", "poses of the head", "attributes");
             return;
         }
         if (!file().world_to_camera()) {
@@ -260,7 +293,37 @@ private:
         plan_.poses_in_attributes = true;
         std::string taken_for;
         pose_of_attribute(file(), plan_.conventions, taken_for);
-        say("worldToCamera", "poses of the camera: " + taken_for, "attribute");
+        const double scale_m = plan_.conventions.depth_scale_m;
+        say("worldToCamera",
+            "poses of the camera: " + taken_for + (scale_m == 1 ? "" : formatted(", %g m a unit", scale_m)),
+            "attribute");
+    }
+
+    /// Of a path whose head does not rest. Frames a little beyond its ends take the pose there.
+    void require_poses_of_frames() {
+        const std::vector<PosePath::Key>& keys = plan_.path.keys();
+        if (keys.size() < 2)
+            return;
+        const double rate = plan_.frames_per_second, slack_s = 0.5 / rate;
+        const double from_s = keys.front().time_s - slack_s, to_s = keys.back().time_s + slack_s;
+        const auto is_outside = [&](const FileSets::Frame& frame) {
+            return double(frame.index) / rate < from_s || double(frame.index) / rate > to_s;
+        };
+        const std::vector<FileSets::Frame>& frames = plan_.files.frames;
+        const auto outside = std::ranges::count_if(frames, is_outside);
+        if (outside == 0)
+            return;
+        const std::string span = formatted("%g to %g s", keys.front().time_s, keys.back().time_s);
+        if (outside == std::ssize(frames))
+            throw InputError(
+                expected_found("--path " + settings_.path.string(),
+                               formatted("poses from %g to %g s, when frames %lld to %lld are at %g a second (--fps)",
+                                         double(frames.front().index) / rate, double(frames.back().index) / rate,
+                                         static_cast<long long>(frames.front().index),
+                                         static_cast<long long>(frames.back().index), rate),
+                               span));
+        plan_.notes.push_back(std::to_string(outside) + " of " + std::to_string(frames.size()) +
+                              " frames are not within the path's " + span + ": they take the pose at its end");
     }
 
     void choose_colour() {
@@ -290,7 +353,7 @@ private:
         if (views.contains("center") && views.contains("centre"))
             throw InputError(expected_found(file().file().string(), "one view in the middle", "center and centre"));
         for (const std::string& view : views) {
-            PlannedView planned{view, settings_.info.eye,
+            PlannedView planned{view, plan_.shared.eye,
                                 map_channels(files, plan_.files.stems, view, plan_.conventions)};
             const auto eye = std::ranges::find(eye_names, view == "center" ? "centre" : view);
             const bool is_eye = eye != std::end(eye_names);
@@ -352,6 +415,7 @@ private:
     ImportPlan& plan_;
     std::vector<FileSets::Frame> all_frames_;  // of the source
     std::vector<ForeignExr> files_;
+    std::optional<FrameInfo> own_;  // what the first says, where it is a frame of our own
 };
 
 }  // namespace

@@ -494,14 +494,22 @@ void Film::finish_guides() {
     for (int guide = 0; guide < 2 && given; ++guide) {
         if (whole_.contains(guide_names[guide]))
             continue;
-        FloatImage mean(width_, height_, 3);
+        FloatImage mean(width_, height_, 4);
+        ByteImage known(width_, height_, 1, 1);
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
-                const float weight = 1 / std::max(1.0f, static_cast<float>(passes_of(tile_at(x, y))));
-                for (int c = 0; c < 3; ++c)
-                    mean.pixel(x, y)[c] = guide_sum_.pixel(x, y)[3 * guide + c] * weight;
+                const std::uint32_t passes = passes_of(tile_at(x, y));
+                *known.pixel(x, y) = passes > 0;
+                for (int c = 0; c < 3 && passes > 0; ++c)
+                    mean.pixel(x, y)[c] = guide_sum_.pixel(x, y)[3 * guide + c] / static_cast<float>(passes);
             }
-        real_[guide_names[guide]] = std::move(mean);
+        // Under a window nothing was traced. A denoiser that looks across its border must not see an edge there.
+        if (std::ranges::find(known.samples(), 0) != known.samples().end())
+            pad_colour(mean, known, closes_);
+        FloatImage& out = real_[guide_names[guide]] = FloatImage(width_, height_, 3);
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x)
+                std::copy_n(mean.pixel(x, y), 3, out.pixel(x, y));
     }
 }
 

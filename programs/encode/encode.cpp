@@ -102,6 +102,11 @@ EncodeRequest request_of(const Options& options) {
     cli::require(!request.motion || request.sources.looked_at().role == TrackRole::main, "--motion",
                  "none where a window was rendered: what moves is said of whole spheres", "auto");
     check_crf("--fill-crf", request.fill_crf);
+    const auto fills_gaps = [](const SourceTrack& track) {
+        return track.role != TrackRole::main && track.role != TrackRole::window;
+    };
+    cli::require(!request.fill_crf || std::ranges::any_of(request.sources.tracks, fills_gaps), "--fill-crf",
+                 "tracks that fill gaps (--fill)", "none");
     if (request.tiles)
         check_beside_tiles(request, options);
     return request;

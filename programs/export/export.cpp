@@ -76,10 +76,10 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     return frames;
 }
 
-/// What is missing of another eye is said before anything is written.
-void require_same_frames(const Source& source, const Source& first, const std::vector<std::int64_t>& frames) {
+/// What is missing of another eye, or behind, is said before anything is written.
+void require_same_frames(const fs::path& folder, const Source& first, const std::vector<std::int64_t>& frames) {
     for (const std::int64_t index : frames) {
-        const fs::path file = source.folder / frame_file_name(index);
+        const fs::path file = folder / frame_file_name(index);
         cli::require(fs::exists(file), file.string(), "every frame of " + first.folder.string(), "no such file");
     }
 }
@@ -119,10 +119,12 @@ void run(const Arguments& a) {
     const std::vector<Source> sources = find_sources(a);
     const std::vector<std::int64_t> frames = chosen_frames(sources.front(), a);
     for (const Source& source : sources) {
-        require_same_frames(source, sources.front(), frames);
+        require_same_frames(source.folder, sources.front(), frames);
         cli::require_not_read("--out", a.out, {source.folder});
-        if (source.hidden)
-            cli::require_not_read("--out", a.out, {*source.hidden});
+        if (!source.hidden)
+            continue;
+        require_same_frames(*source.hidden, sources.front(), frames);
+        cli::require_not_read("--out", a.out, {*source.hidden});
     }
     std::error_code error;
     fs::create_directories(a.out, error);

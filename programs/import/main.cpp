@@ -108,6 +108,9 @@ void complete(Arguments& a, const cli::CommandLine& app) {
             "metres from 0 to 1000", s.info.head_radius_m);
     require(s.info.exposure >= 1e-12 && s.info.exposure <= 1e12, "--exposure", "a number above 0", s.info.exposure);
     s.info.eye = cli::parse_word<Eye>("--eye", a.eye, eye_names);
+    for (const char* option : {"--eye", "--ipd", "--lean", "--lock", "--exposure", "--name"})
+        if (given(option))
+            s.told.insert(option);
     if (given("--window"))
         parse_window(a.window, given("--density"), s);
     cli::require(given("--window") || !given("--density"), "--density", "--window X,Y as well", "none");
@@ -180,7 +183,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--depth", a->depth,
                    "radial (along the ray), planar (along the axis) or position (the point, camera space)")
         .offers(std::array{"radial", "planar", "position"});
-    app.add_option("--depth-scale", o.depth_scale_m, "Metres a unit of depth (default: 1)");
+    app.add_option("--depth-scale", o.depth_scale_m,
+                   "Metres a unit of depth, and of worldToCamera's places (default: 1)");
     app.add_option("--near", o.near_plane_m, "Metres along the axis by which depth was shortened");
     app.add_option("--miss", o.miss_value, "The value that means nothing was hit");
     app.add_option("--miss-above", o.miss_above, "This and more means nothing was hit (default: 1e9)");
@@ -206,7 +210,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--forward-at", o.forward_at,
                    "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");
     app.add_option("--up", a->up, "The source's world's up").offers(std::array{"y", "z"});
-    app.add_option("--path", s.path, "CSV of the head's poses in the source's world");
+    app.add_option("--path", s.path, "CSV of the head's poses in the source's world, metres");
     app.add_option("--fps", s.frames_per_second, "Frames a second (default: the files', else 30)");
     cli::add_with_default(app, "--eye", a->eye, "Whose pictures they are, where the files do not say")
         .offers(std::array{"centre", "left", "right"});

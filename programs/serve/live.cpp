@@ -11,6 +11,7 @@
 #include <equistream/text.h>
 
 #include <programs/cli/commands.h>
+#include <programs/cli/paths.h>
 #include <programs/cli/process.h>
 
 #include <asio/io_context.hpp>
@@ -413,6 +414,12 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     const std::string& out = settings.coding.out;
     cli::require(out.empty() || (out.ends_with(".mkv") && !is_url(out)), "--out", "a file's name ending in .mkv",
                  "'" + out + "'");
+    if (!out.empty())
+        cli::require_writable_file(out);
+    for (const std::string& word : more)  // each order says how many
+        for (const char* own : {"--spp", "--overwrite"})
+            cli::require(word != own && !word.starts_with(own + std::string("=")), "-- " + word,
+                         "an option of render that serve does not set itself", own);
     StreamSettings coding;
     coding.crf = settings.coding.crf;
     coding.preset = settings.coding.preset;

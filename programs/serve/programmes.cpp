@@ -1,7 +1,6 @@
 #include "programmes.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <deque>
 #include <vector>
@@ -13,8 +12,6 @@ namespace {
 /// Of one viewer that does not keep up, whatever --patience says.
 constexpr std::size_t max_waiting_bytes = 64 << 20;
 
-/// An element of Matroska that readers pass over: Void, of no bytes. It may stand between any two clusters.
-constexpr std::array<char, 2> nothing = {char(0xec), char(0x80)};
 /// A viewer whose oldest bytes wait for longer goes on with the next group.
 constexpr double longest_wait_s = 0.5;
 
@@ -137,9 +134,9 @@ private:
         const double due_s = *last_sent_s_ + longest_silence_s;
         if (elapsed_s < due_s)
             return {.again_s = due_s};
-        std::ranges::copy(nothing, block.begin());
+        std::ranges::copy(void_element, block.begin());
         last_sent_s_ = elapsed_s;
-        return {.bytes = nothing.size(), .due_s = elapsed_s};
+        return {.bytes = void_element.size(), .due_s = elapsed_s};
     }
 
     LiveStream& stream_;

@@ -7,6 +7,7 @@
 #include <equistream/send_times.h>
 #include <equistream/viewer_message.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -37,8 +38,12 @@ public:
     virtual void hear(std::span<const char>) {}
 };
 
-/// A feed, but for one of tiles, says something at least so often: clients give up a server that is silent.
+/// A feed says something at least so often: clients give up a server that is silent.
 inline constexpr double longest_silence_s = 1;
+
+/// What it says where there is nothing: an element of Matroska without bytes, Void, that readers pass over. It may
+/// stand between any two clusters.
+inline constexpr std::array<char, 2> void_element = {char(0xec), char(0x80)};
 
 /// What all viewers look at.
 class Programme {

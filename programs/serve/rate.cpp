@@ -32,10 +32,14 @@ void RateControl::coded(double at_s, std::size_t bytes, double coarser) {
     choose();
 }
 
-/// What went out since the oldest look that is remembered.
-double RateControl::carried_bps(double at_s) const {
+/// What went out between the oldest look that is remembered and the last one that found more gone. A line that stands
+/// still for a moment says nothing of what it carries: nothing.
+std::optional<double> RateControl::carried_bps() const {
     const Sent& oldest = sent_.front();
-    return 8.0 * double(sent_.back().bytes - oldest.bytes) / std::max(1e-3, at_s - oldest.at_s);
+    const Sent& last = *std::ranges::find(sent_, sent_.back().bytes, &Sent::bytes);
+    if (last.bytes == oldest.bytes)
+        return std::nullopt;
+    return 8.0 * double(last.bytes - oldest.bytes) / std::max(1e-3, last.at_s - oldest.at_s);
 }
 
 void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
@@ -43,15 +47,19 @@ void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
         viewer_ = viewer;
         sent_.clear();
         line_bps_.reset();
+        if (!most_bps_)
+            coarser_ = 0;
     }
     sent_.push_back({at_s, delivery.bytes_sent});
     while (sent_.size() > 2 && sent_[1].at_s <= at_s - watched_s)
         sent_.pop_front();
     const double elapsed_s = at_s - std::exchange(line_changed_s_, at_s);
-    if (delivery.behind_s > behind_is_too_much_s && sent_.size() > 1)
-        line_bps_ = std::max(least_bps, share_used * carried_bps(at_s));
-    else if (line_bps_ && delivery.behind_s == 0)
+    if (delivery.behind_s > behind_is_too_much_s) {
+        if (const std::optional<double> carried = carried_bps())
+            line_bps_ = std::max(least_bps, share_used * *carried);
+    } else if (line_bps_ && delivery.behind_s == 0) {
         line_bps_ = *line_bps_ * std::pow(growth_per_s, std::min(elapsed_s, watched_s));
+    }
     choose();
 }
 

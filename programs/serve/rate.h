@@ -47,7 +47,7 @@ private:
         std::int64_t bytes;
     };
 
-    double carried_bps(double at_s) const;
+    std::optional<double> carried_bps() const;
     void choose();
 
     std::optional<double> most_bps_, line_bps_;

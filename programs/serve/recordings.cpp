@@ -1,13 +1,10 @@
 #include "programmes.h"
+#include "recorded_file.h"
 
 #include <equistream/error.h>
 #include <equistream/tile_stream.h>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <map>
 #include <set>
@@ -19,17 +16,17 @@ namespace {
 /// A recorded stream that is open for all viewers, each of which gets it from its beginning.
 class Recording : public Programme {
 public:
-    Recording(const std::string& file, bool loop) : times_(read_send_times(file)), loop_(loop) {
+    Recording(const std::string& file, bool loop) : times_(read_send_times(file)), loop_(loop), file_(file) {
         if (loop && !times_.is_matroska)
             throw InputError(expected_found(file, "Matroska for --loop, which can be read end to end again and again",
                                             "another container"));
-        file_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-        if (file_ < 0)
-            throw InputError(expected_found(file, "a file that can be read", std::strerror(errno)));
+        if (!times_.is_matroska && file_.index_comes_last())
+            throw InputError(expected_found(file, "an MP4 whose index comes first (ffmpeg -movflags +faststart)",
+                                            "one with it at its end, which viewers cannot read as it comes"));
+        if (loop && file_.says_its_size())
+            throw InputError(expected_found(file, "Matroska without a size in front for --loop (ffmpeg -live 1)",
+                                            "one that says its size, where readers end"));
     }
-    ~Recording() override { close(file_); }
-    Recording(const Recording&) = delete;
-    Recording& operator=(const Recording&) = delete;
 
     std::unique_ptr<Feed> open_feed() override;
 
@@ -38,7 +35,7 @@ private:
 
     SendTimes times_;
     bool loop_;
-    int file_ = -1;
+    RecordedFile file_;
 };
 
 class RecordingFeed : public Feed {
@@ -57,13 +54,13 @@ public:
             return {.again_s = std::min(next_due_s(), last_sent_s_ + longest_silence_s)};
         due = std::max(due, position_ + 1);  // one byte early says that the server is there
         const auto wanted = std::min(std::size_t(due - position_), block.size());
-        const ssize_t count = read(block.first(wanted));
-        if (count <= 0)
+        const std::size_t count = recording_.file_.read(position_, block.first(wanted));
+        if (count == 0)
             return {.problem = "the file has become shorter or cannot be read"};
         const double due_s = std::min(next_due_s(), elapsed_s);
-        position_ += count;
+        position_ += std::int64_t(count);
         last_sent_s_ = elapsed_s;
-        return {.bytes = std::size_t(count), .due_s = due_s};
+        return {.bytes = count, .due_s = due_s};
     }
 
 private:
@@ -74,13 +71,6 @@ private:
     }
     double next_due_s() const {
         return round_start_s_ + std::ranges::upper_bound(parts_, position_, {}, &DueBytes::end)->time_s;
-    }
-    ssize_t read(std::span<char> bytes) const {
-        ssize_t count = 0;
-        do
-            count = pread(recording_.file_, bytes.data(), bytes.size(), position_);
-        while (count < 0 && errno == EINTR);
-        return count;
     }
 
     const Recording& recording_;
@@ -111,7 +101,7 @@ public:
             if (!due_s)
                 return {.ended = true};
             if (*due_s > elapsed_s)
-                return {.again_s = due_s};
+                return nothing_due(block, elapsed_s, *due_s);
             bytes_.clear();
             sent_ = 0;
             due_s_ = *due_s;
@@ -125,12 +115,22 @@ public:
         const std::size_t count = std::min(block.size(), bytes_.size() - sent_);
         std::memcpy(block.data(), bytes_.data() + sent_, count);
         sent_ += count;
+        last_sent_s_ = elapsed_s;
         return {.bytes = count, .due_s = due_s_};
     }
 
     void hear(std::span<const char> bytes) override { head_.hear(bytes); }
 
 private:
+    Portion nothing_due(std::span<char> block, double elapsed_s, double due_s) {
+        const double silent_until_s = last_sent_s_ + longest_silence_s;
+        if (elapsed_s < silent_until_s)
+            return {.again_s = std::min(due_s, silent_until_s)};
+        std::ranges::copy(void_element, block.begin());
+        last_sent_s_ = elapsed_s;
+        return {.bytes = void_element.size(), .due_s = elapsed_s};
+    }
+
     /// Until the viewer says where its head is, the recording's own.
     std::set<int> looked_at(double elapsed_s) {
         std::set<int> seen;
@@ -155,6 +155,7 @@ private:
     std::string bytes_;             // of one moment
     std::size_t sent_ = 0;          // of these
     double due_s_ = 0;              // when they were due
+    double last_sent_s_ = 0;
 };
 
 /// A recorded stream of tiles: each viewer gets the tiles that it looks at.

@@ -127,6 +127,8 @@ ServerAddress listen_address(const std::string& listen) {
 /// The address's, the file's or the environment's; one that was made here where there is none.
 std::string secret_for(const ServerAddress& address, const std::string& file) {
     const char* const variable = std::getenv(secret_variable);
+    cli::require(address.secret.empty() || file.empty(), "--secret-file", "an address without a secret",
+                 "--listen with one");
     if (!address.secret.empty()) {
         require_secret(address.secret, "--listen " + address.text());
         return address.secret;
@@ -270,10 +272,13 @@ void run_live(const Options& options) {
     LiveSettings settings = live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
     settings.server = entrance.with_secret(settings.server);
     entrance.open(options.live.settings.server.log);
-    report(options,
-           serve_live(entrance.io, entrance.stop, std::move(entrance.door), settings, [&](const std::string& web) {
-               say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, web));
-           }));
+    const LiveFigures figures =
+        serve_live(entrance.io, entrance.stop, std::move(entrance.door), settings, [&](const std::string& web) {
+            say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, web));
+        });
+    if (!settings.coding.out.empty() && figures.spheres == 0)
+        log_note(settings.server.log, "nobody watched: " + settings.coding.out + " was not written");
+    report(options, figures);
 }
 
 std::function<void()> set_up(cli::CommandLine& app, Options& options) {

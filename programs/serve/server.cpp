@@ -179,7 +179,7 @@ void Server::let_in(Arrival& arrival) {
 void Server::count_out(int number, const std::string& address, const std::string& how, const std::string& detail) {
     const auto viewer = viewers_.extract(number).mapped().viewer;
     figures_.bytes_sent += viewer->bytes_sent();
-    figures_.dropped += how == "dropped" ? 1 : 0;
+    figures_.dropped += how == "dropped" || how == not_served ? 1 : 0;
     tell({how, number, address, viewer->bytes_sent(), detail});
 }
 

@@ -50,7 +50,7 @@ void Viewer::wake() {
 void Viewer::send_due() {
     const Portion portion = feed_->next(block_, seconds_since(start_));
     if (!portion.problem.empty())
-        return leave("cannot be served further", portion.problem);
+        return leave(not_served, portion.problem);
     if (portion.ended)
         return finish();
     if (portion.bytes == 0) {
@@ -114,7 +114,7 @@ void Viewer::receive() {
         if (error) {  // whoever has said all may still be listening
             self->has_ended_ = true;
             if (self->has_all_)
-                self->leave("has all");
+                self->leave(self->all_text());
             return;
         }
         self->feed_->hear(std::span(self->received_).first(count));
@@ -131,7 +131,7 @@ void Viewer::finish() {
     has_all_ = true;
     idle_looks_ = 0;
     if (has_ended_)
-        return leave("has all");
+        return leave(all_text());
     wire_->end_writing();
 }
 
@@ -139,7 +139,12 @@ void Viewer::leave_with(const asio::error_code& error) {
     if (error == asio::error::timed_out)
         drop_idle();
     else
-        leave(has_all_ ? "has all" : "left");
+        leave(has_all_ ? all_text() : "left");
+}
+
+/// A scene whose server ends before its first sphere has nothing to send.
+std::string Viewer::all_text() const {
+    return bytes_sent_ > 0 ? "has all" : "got nothing";
 }
 
 void Viewer::drop_idle() {

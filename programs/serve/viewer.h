@@ -20,9 +20,12 @@ inline Clock::duration in_clock(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+/// How it goes for a viewer whose feed has a problem.
+inline const std::string not_served = "cannot be served further";
+
 class Viewer : public std::enable_shared_from_this<Viewer> {
 public:
-    /// How it went: "left", "has all", "dropped", ..., and details where there are some.
+    /// How it went: "left", "has all", "got nothing", "dropped" or not_served, and details where there are some.
     using Gone = std::function<void(const std::string& how, const std::string& detail)>;
 
     /// `wire` is open.
@@ -47,6 +50,7 @@ private:
     void leave(const std::string& how, const std::string& detail = "");
     void leave_with(const asio::error_code& error);
     void drop_idle();
+    std::string all_text() const;
 
     std::unique_ptr<Wire> wire_;
     asio::steady_timer due_, watch_, listening_;

@@ -15,6 +15,8 @@
 
 #include <openssl/crypto.h>
 
+#include <poll.h>
+
 #include <array>
 #include <charconv>
 #include <chrono>
@@ -155,11 +157,15 @@ private:
         });
     }
 
-    /// The server has said all.
+    /// The server has said all, or has closed both ways: it has cut its viewer off, or has not let it in.
     void end() {
-        const websocket::close_reason reason =
-            has_sent_ ? websocket::close_reason(websocket::close_code::normal)
-                      : websocket::close_reason(websocket::close_code::try_again_later, "no room for another viewer");
+        pollfd asked{server_.native_handle(), 0, 0};
+        const bool is_cut = ::poll(&asked, 1, 0) > 0 && (asked.revents & POLLHUP) != 0;
+        websocket::close_reason reason(websocket::close_code::normal);
+        if (is_cut && has_sent_)
+            reason = {websocket::close_code::internal_error, "the stream was cut off"};
+        else if (is_cut)
+            reason = {websocket::close_code::try_again_later, "no room for another viewer"};
         browser_.async_close(reason, [self = this->shared_from_this()](Error) { self->hang_up(); });
     }
 

@@ -14,7 +14,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farming import jobs, openjd, slurm, task  # noqa: E402
-from farming.folder import DAMAGED, damage_told, read_plan, status_lines, write_plan  # noqa: E402
+from farming.folder import DAMAGED, damage_told, read_plan, status, status_line, write_plan  # noqa: E402
 from options import Parser, add_common, parse  # noqa: E402
 from steps import REPOSITORY, Failed, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -73,9 +73,22 @@ def arguments():
     return parser, options
 
 
+def plan_before(folder):
+    if not (folder / "plan.json").exists():
+        return {}
+    try:
+        plan = read_plan(folder)
+        return {"job": plan["job"], "minutes": plan.get("minutes"), "measured": dict(plan["measured"])}
+    except DAMAGED as error:
+        raise Failed(damage_told(folder, error)) from None
+
+
 def write_farm(options):
-    """The plan and what makes each system follow it; what is told of them."""
-    plan = jobs.plan_of(options)
+    """The plan and what makes each system follow it; what is told of them. The same job may be planned anew: what is finished stays."""
+    before = plan_before(options.out)
+    if before and before["job"] != options.job:
+        raise Failed(f"{options.out}: expected the farm of this job, found another's; --out names another folder")
+    plan = jobs.plan_of(options, before)
     folder = options.out.resolve()
     write_plan(folder, plan)
     for name, text in slurm.scripts(plan).items():
@@ -107,14 +120,11 @@ def main():
             parser.error(f"status: expected a folder, found {' '.join(words)}; options stand before status")
         folder = pathlib.Path(words[0]) if words else options.out
         try:
-            lines = list(status_lines(folder, read_plan(folder)))
-            print(json.dumps({"folder": str(folder), "status": dict(line.split(": ", 1) for line in lines)}) if options.json else "\n".join(lines))
+            found = list(status(folder, read_plan(folder)))
+            print(json.dumps({"folder": str(folder), "steps": found}) if options.json else "\n".join(map(status_line, found)))
         except DAMAGED as error:
             parser.exit(task.USAGE, f"equistream farm: {damage_told(folder, error)}\n")
         return
-    # The same job may be divided anew: what is finished stays.
-    if (options.out / "plan.json").exists() and read_plan(options.out)["job"] != options.job:
-        raise Failed(f"{options.out}: expected the farm of this job, found another's; --out names another folder")
     report(write_farm(options), options)
 
 

@@ -14,6 +14,7 @@ import json
 import math
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 import time
@@ -26,6 +27,12 @@ FEWEST_PIXELS = 64
 AUTO = "auto"
 SLACK, INFO_FOV_DEG = 0.75, 90
 """Of the windows that `scene info` says (programs/scene/summary.cpp)."""
+
+
+def words_without_bin(words):
+    """As they were typed: the dispatcher says where programs are."""
+    at = words.index("--bin") if "--bin" in words else len(words)
+    return words[:at] + words[at + 2:]
 
 
 def in_range(low, high, kind=float):
@@ -162,18 +169,18 @@ def main():
                 raise Failed(unreachable_text(short.best, fit)) from None
         fit.begin("trial")
         chosen = tried_file(fit, chosen, options.db, limit)
-    wanted = f"--kb {options.kb:g}" if options.kb else f"--db {options.db:g}"
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:
         chosen.geometry_file = keep_model(chosen, work, options.out)
-    remarks = [f"equistream fit {options.scene} {wanted}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
+    command = shlex.join(["equistream", "fit", *words_without_bin(sys.argv[1:])])
+    remarks = [f"{command}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
     write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
     if options.json:
         point = chosen.point
         print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "wanted_kb": options.kb, "db": point.db, "db_low": point.low, "db_high": point.high, "frames": options.frames, "columns": chosen.width, "samples": chosen.light.samples, "denoise": chosen.light.denoise,
                           "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "seeds": chosen.trials, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once, "bytes_a_frame_in_all": chosen.bytes_a_frame(fit.path_frames),
                           "reflections": chosen.told, "window": chosen.point.way.window, "why": fit.why, "seconds": round(time.time() - began, 1),
-                          "command": f"equistream fit {options.scene.name} {wanted}", **provenance(options.bin, REPOSITORY)}, indent=1))
+                          "command": command, **provenance(options.bin, REPOSITORY)}, indent=1))
         return
     print(said)
     print(f"\nwritten: {options.out}\n"

@@ -54,10 +54,10 @@ def make_sequence(out, frames):
     aside.rename(out)
 
 
-def made_once(out, inputs, make):
-    """Calls make() unless `out` was made of these inputs as they are: a note beside it says so."""
+def made_once(out, inputs, make, by=""):
+    """Calls make() unless `out` was made of these inputs as they are, and by this: a note beside it says so."""
     note = out.with_name(out.name + ".made-of")
-    text = "".join(f"{path} {newest(path)}\n" for path in inputs)
+    text = "".join(f"{path} {newest(path)}\n" for path in inputs) + by
     if out.exists() and note.exists() and note.read_text() == text:
         return
     make()

@@ -127,6 +127,7 @@ class Steps:
         self.context = {**settings, "programs": digest(self.program.parent)}
         self.progress = progress or Progress("steps")
         self.running, self.beside, self.stopped = set(), 0, False
+        self.since = 0  # what was recorded before is done again, but for renders: a time.time()
         if not self.program.is_file():
             raise Failed(f"{self.program}: expected the built program, found nothing (give --bin)")
 
@@ -188,7 +189,7 @@ class Steps:
         if record := self.record_in(file):
             # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
             made_here = fresh is not None or record.get("context") == self.context
-            is_there = made_here and self.is_made(words)
+            is_there = made_here and self.is_made(words) and (fresh is not None or file.stat().st_mtime >= self.since)
             if record["command"] == command and is_there and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()

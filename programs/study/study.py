@@ -49,7 +49,7 @@ def arguments(words=None):
     parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that equistream farm study listed in the folder of --out, and nothing else")
     parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
                         help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
-    parser.add_argument("--again", action="store_true", help="measure what is there already, too")
+    parser.add_argument("--again", action="store_true", help="measure what is there already, too; renders stay")
     add_common(parser)
     parser.add_argument("--packages", action=Packages, nargs=0, help="say which Python packages it needs are there, and end")
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)

@@ -51,6 +51,8 @@ class Study:
         self.experiments = options.experiments or [name for name in EXPERIMENTS if name not in self.preset.left_out]
         self.progress = Progress("study", options.progress, self.steps_left())
         self.scenes = options.scenes.split(",") if options.scenes else list(self.preset.scenes)
+        self.since = time.time() if options.again else 0
+        self.results = []
 
     def is_done(self, file):
         if self.options.again or not file.exists():
@@ -68,13 +70,19 @@ class Study:
     def file(self, experiment, scene):
         return self.options.out / experiment / f"{scene}.json"
 
+    def work_of(self, scene):
+        work = SceneWork(self.work, self.options.bin, scene, self.preset, self.progress)
+        work.steps.since = self.since
+        return work
+
     def measure(self, experiment, scene):
         file = self.file(experiment, scene)
+        self.results.append(file)
         if self.is_done(file):
             print(f"{file}: there already", flush=True)
             return
         began = time.monotonic()
-        work = SceneWork(self.work, self.options.bin, scene, self.preset, self.progress)
+        work = self.work_of(scene)
         made = provenance(self.options.bin, REPOSITORY)
         result = {"scene": scene, "experiment": experiment,
                   "command": " ".join(["equistream study --preset", self.preset.name, *(["--scenes", scene] if experiment in OF_SCENES else []),
@@ -100,8 +108,7 @@ class Study:
         with contextlib.redirect_stdout(sys.stderr) if self.options.json else contextlib.nullcontext():
             self.do()
         if self.options.json:
-            files = [file for experiment in self.experiments for file in sorted((self.options.out / experiment).glob("*.json"))]
-            print(json.dumps({"preset": self.preset.name, "results": [str(file) for file in files], "seconds": round(time.monotonic() - began, 1),
+            print(json.dumps({"preset": self.preset.name, "results": [str(file) for file in self.results], "seconds": round(time.monotonic() - began, 1),
                               **provenance(self.options.bin, REPOSITORY)}, indent=1))
 
     def do(self):
@@ -117,13 +124,13 @@ class Study:
         of_scenes = [experiment for experiment in self.experiments if experiment in OF_SCENES]
         wanted = [(experiment, scene) for scene in self.scenes for experiment in of_scenes]
         for scene in dict.fromkeys(scene for experiment, scene in wanted if not self.is_done(self.file(experiment, scene))):
-            SceneWork(self.work, self.options.bin, scene, self.preset, self.progress).expect_scene()
+            self.work_of(scene).expect_scene()
         for experiment, scene in wanted + [(experiment, "generated") for experiment in self.experiments if experiment not in of_scenes]:
             self.measure(experiment, scene)
 
     def render_job(self):
         job = plan.planned_job(self.preset, self.options.job, self.options.out)
-        SceneWork(self.work, self.options.bin, job.scene, self.preset, self.progress).render_part(job.render, job.first, job.last)
+        self.work_of(job.scene).render_part(job.render, job.first, job.last)
 
     def draw(self):
         if not any(self.options.out.glob("*/*.json")):

@@ -249,7 +249,7 @@ std::span<const std::uint8_t> GltfDocument::image(int index) const {
 namespace {
 
 /// Extensions of materials that are not read, as people call them.
-constexpr std::array<std::pair<const char*, const char*>, 8> material_extensions = {
+constexpr std::array<std::pair<const char*, const char*>, 10> material_extensions = {
     {{"KHR_materials_volume", "volume"},
      {"KHR_materials_clearcoat", "clear coat"},
      {"KHR_materials_sheen", "sheen"},
@@ -257,7 +257,10 @@ constexpr std::array<std::pair<const char*, const char*>, 8> material_extensions
      {"KHR_materials_anisotropy", "anisotropy"},
      {"KHR_materials_iridescence", "iridescence"},
      {"KHR_materials_dispersion", "dispersion"},
-     {"KHR_materials_diffuse_transmission", "diffuse transmission"}}};
+     {"KHR_materials_diffuse_transmission", "diffuse transmission"},
+     {"KHR_materials_unlit", "colours that no light changes"},
+     {"KHR_materials_pbrSpecularGlossiness", "specular colours"}}};
+constexpr const char *lights_extension = "KHR_lights_punctual", *copies_extension = "EXT_mesh_gpu_instancing";
 
 using LeftOut = std::vector<std::string>;
 
@@ -283,10 +286,31 @@ void add_shading(const tinygltf::Model& model, LeftOut& left_out) {
     of_materials("blending, taken as opaque", [](const Material& m) { return m.alphaMode == "BLEND"; });
     for (const auto& known : material_extensions)
         of_materials(known.second, [&](const Material& m) { return m.extensions.contains(known.first); });
+    of_materials("textures of transmission, taken as opaque", [](const Material& m) {
+        const auto found = m.extensions.find("KHR_materials_transmission");
+        return found != m.extensions.end() && found->second.Has("transmissionTexture");
+    });
     add(left_out, "vertex colours",
         count_primitives(model, [](const auto& p) { return p.attributes.contains("COLOR_0"); }), "primitive");
-    if (std::ranges::find(model.extensionsUsed, "KHR_lights_punctual") != model.extensionsUsed.end())
+    if (std::ranges::find(model.extensionsUsed, lights_extension) != model.extensionsUsed.end())
         left_out.push_back("lights");
+}
+
+/// Of which nothing else is said.
+void add_unknown(const tinygltf::Model& model, LeftOut& left_out) {
+    std::vector<std::string> unknown;
+    for (const std::string& name : std::set<std::string>(model.extensionsUsed.begin(), model.extensionsUsed.end()))
+        if (!accepted_extensions().contains(name) && name != lights_extension && name != copies_extension &&
+            std::ranges::find(material_extensions, name, [](const auto& known) { return std::string(known.first); }) ==
+                material_extensions.end())
+            unknown.push_back(quotable(name, 60));
+    constexpr std::size_t most_named = 5;
+    const std::size_t others = unknown.size() - std::min(unknown.size(), most_named);
+    unknown.resize(unknown.size() - others);
+    if (others > 0)
+        unknown.push_back(std::to_string(others) + " more");
+    for (const std::string& name : unknown)
+        left_out.push_back(name);
 }
 
 }  // namespace
@@ -303,6 +327,11 @@ std::string left_out_note(const GltfDocument& document, const ModelOptions& opti
         count_primitives(model, [](const auto& p) { return p.mode >= 0 && p.mode < TINYGLTF_MODE_TRIANGLES; }),
         "primitive");
     add(left_out, "animations", std::ssize(model.animations), "animation");
+    add(left_out, "copies",
+        std::ranges::count_if(model.nodes,
+                              [](const tinygltf::Node& node) { return node.extensions.contains(copies_extension); }),
+        "node");
+    add_unknown(model, left_out);
     return left_out.empty() ? "" : document.file() + ": left out: " + in_a_sentence(left_out, " and ");
 }
 

@@ -80,7 +80,7 @@ private:
         Material to;
         to.name = from.name;
         TextureCoordinates coordinates;
-        const auto& surface = from.pbrMetallicRoughness;
+        const tinygltf::PbrMetallicRoughness surface = surface_of(from);
         if (options_.shading) {
             to.base_colour = colour_of(surface.baseColorFactor, glm::vec3(1));
             to.base_colour_texture = use_texture(surface.baseColorTexture, where, coordinates);
@@ -91,8 +91,7 @@ private:
                 colour_of(from.emissiveFactor, glm::vec3(0)) *
                 static_cast<float>(extension_number(from, "KHR_materials_emissive_strength", "emissiveStrength", 1));
             to.emission_texture = use_texture(from.emissiveTexture, where, coordinates);
-            to.transmission =
-                static_cast<float>(extension_number(from, "KHR_materials_transmission", "transmissionFactor", 0));
+            to.transmission = transmission_of(from);
             to.index_of_refraction = index_of_refraction(from, where);
             require_in_range(to, where);
         }
@@ -101,6 +100,38 @@ private:
             to.alpha_mask = use_mask(from, where, coordinates);
         out_.materials.push_back(std::move(to));
         out_.texture_coordinates.push_back(coordinates);
+    }
+
+    /// Of an old material of specular colours its diffuse one, where it has no other.
+    static tinygltf::PbrMetallicRoughness surface_of(const tinygltf::Material& from) {
+        tinygltf::PbrMetallicRoughness surface = from.pbrMetallicRoughness;
+        const auto found = from.extensions.find("KHR_materials_pbrSpecularGlossiness");
+        if (found == from.extensions.end() || !found->second.IsObject() ||
+            !(surface == tinygltf::PbrMetallicRoughness()))
+            return surface;
+        surface.metallicFactor = 0;
+        surface.roughnessFactor =
+            1 - extension_number(from, "KHR_materials_pbrSpecularGlossiness", "glossinessFactor", 1);
+        if (const tinygltf::Value& texture = found->second.Get("diffuseTexture");
+            texture.Has("index") && texture.Get("index").IsInt()) {
+            surface.baseColorTexture.index = texture.Get("index").GetNumberAsInt();
+            if (texture.Has("texCoord") && texture.Get("texCoord").IsInt())
+                surface.baseColorTexture.texCoord = texture.Get("texCoord").GetNumberAsInt();
+        }
+        if (const tinygltf::Value& colour = found->second.Get("diffuseFactor");
+            colour.IsArray() && colour.ArrayLen() == 4)
+            for (int i = 0; i < 4; ++i)
+                surface.baseColorFactor[std::size_t(i)] =
+                    colour.Get(i).IsNumber() ? colour.Get(i).GetNumberAsDouble() : 1;
+        return surface;
+    }
+
+    /// Where a texture says how much, none: what is opaque must not become glass.
+    static float transmission_of(const tinygltf::Material& from) {
+        const auto found = from.extensions.find("KHR_materials_transmission");
+        if (found != from.extensions.end() && found->second.Has("transmissionTexture"))
+            return 0;
+        return static_cast<float>(extension_number(from, "KHR_materials_transmission", "transmissionFactor", 0));
     }
 
     /// The extension writes 0 for infinity; Fresnel's equations want a number.
@@ -177,7 +208,7 @@ private:
 
     std::uint32_t use_mask(const tinygltf::Material& from, const std::string& where, TextureCoordinates& coordinates) {
         MaskSource source;
-        const auto& surface = from.pbrMetallicRoughness;
+        const tinygltf::PbrMetallicRoughness surface = surface_of(from);
         source.alpha_factor =
             surface.baseColorFactor.size() == 4 ? static_cast<float>(surface.baseColorFactor[3]) : 1.0f;
         source.cutoff = static_cast<float>(from.alphaCutoff);

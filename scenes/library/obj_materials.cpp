@@ -211,7 +211,10 @@ private:
         try {
             AlphaMask mask = decode_alpha_mask(
                 {.encoded = image.bytes, .name = image.name(), .where = image.file.string(), .grey_is_alpha = grey});
-            if (mask.cuts()) {
+            const bool is_empty = std::ranges::all_of(mask.opaque, [](std::uint8_t texel) { return texel == 0; });
+            if (!grey && is_empty) {  // the fourth byte of many images of 32 bits is nobody's
+                notes_.add(from.where(colour_map), image.file.string() + " has an alpha of 0 everywhere: not used");
+            } else if (mask.cuts()) {
                 mask.wrap_u = mask.wrap_v = clamp ? Wrap::clamp : Wrap::repeat;
                 entry->second = static_cast<std::uint32_t>(out_.alpha_masks.size());
                 mask_bytes_ += mask.opaque.size();

@@ -11,19 +11,23 @@ SOURCES = re.compile(r"(?<![\w./-])(?:plugin|client|host-adapters|tests|docs|pro
 NAMED = re.compile(r"\bdocs/[\w./-]+\.md\b")
 
 
+def broken_links(page, text):
+    for _, target in LINK.findall(without_code(text)):
+        if re.match(r"[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        file = (ROOT / page).parent / name if name else ROOT / page
+        if name and not file.exists():
+            yield f"{page}: {target}: no such file"
+        elif anchor and file.suffix == ".md":
+            there = headings(file.read_text() if name else text)
+            if anchor not in there:
+                yield f"{page}: {target}: no such heading; there are {', '.join(sorted(there))}"
+
+
 class Links(unittest.TestCase):
     def test_links_lead_somewhere(self):
-        broken = []
-        for page in pages():
-            for _, target in LINK.findall(without_code((ROOT / page).read_text())):
-                if re.match(r"[a-z]+:", target):
-                    continue
-                name, _, anchor = target.partition("#")
-                file = (ROOT / page).parent / name if name else ROOT / page
-                if not file.exists():
-                    broken.append(f"{page}: {target}: no such file")
-                elif anchor and file.suffix == ".md" and anchor not in headings(file.read_text()):
-                    broken.append(f"{page}: {target}: no such heading; there are {', '.join(sorted(headings(file.read_text())))}")
+        broken = [line for page in pages() for line in broken_links(page, (ROOT / page).read_text())]
         self.assertEqual([], broken, "\n" + "\n".join(broken))
 
     def test_pages_named_in_code_are_there(self):
@@ -42,6 +46,9 @@ class Links(unittest.TestCase):
     def test_a_broken_link_would_be_found(self):
         self.assertEqual({"a-b", "c", "c-1"}, headings("# A `b`\n## C\n```\n# no\n```\n## C\n"))
         self.assertEqual([("x", "y.md#z")], LINK.findall("see [x](y.md#z)."))
+        page = "# Here\n[good](#here), [and](conventions.md), [bad](nowhere.md), [worse](#nowhere), [worst](conventions.md#nowhere)."
+        self.assertEqual(["nowhere.md: no such file", "#nowhere: no such heading", "conventions.md#nowhere: no such heading"],
+                         [re.match(r"docs/compare.md: ([^;]*)", line)[1] for line in broken_links("docs/compare.md", page)])
 
 
 if __name__ == "__main__":

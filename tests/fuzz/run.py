@@ -11,6 +11,7 @@ target has found something; the input lies beside its corpus.
 
 import argparse
 import json
+import lzma
 import os
 import pathlib
 import re
@@ -45,7 +46,7 @@ PARSERS = {
     "stream": ["plugin/stream/source.cpp", "plugin/stream/stream_reader.cpp", "plugin/stream/track_decoder.cpp"],
     "shown_frames": ["client/receive/decoded_pictures.cpp", "client/receive/tiles.cpp"],
     "viewer_messages": ["plugin/stream/viewer_message.cpp", "programs/serve/programmes.cpp"],
-    "served_file": ["plugin/stream/send_times.cpp", "plugin/stream/tile_stream.cpp", "programs/serve/recordings.cpp"],
+    "served_file": ["plugin/stream/send_times.cpp", "plugin/stream/tile_stream.cpp", "programs/serve/recordings.cpp", "programs/serve/recorded_file.cpp"],
     "plugin_calls": ["plugin/abi/equistream.cpp", "plugin/abi/settings.cpp"],
     "client_calls": ["client/abi/caller_data.cpp", "client/abi/client.cpp"],
     "client_model": ["client/model/client_model.cpp"],
@@ -61,7 +62,7 @@ def packed(corpora, file):
     def plain(entry):
         entry.mtime, entry.uid, entry.gid, entry.uname, entry.gname, entry.mode = 0, 0, 0, "", "", 0o644
         return entry
-    with tarfile.open(file, "w:xz", preset=9) as archive:
+    with tarfile.open(file, "w:xz", preset=9 | lzma.PRESET_EXTREME, format=tarfile.USTAR_FORMAT) as archive:
         for path in sorted(path for path in corpora.rglob("*") if path.is_file() and 0 < path.stat().st_size <= MAX_INPUT_BYTES):
             archive.add(path, path.relative_to(corpora), filter=plain)
 

@@ -53,6 +53,23 @@ def test_equals_play_with_exact_depth(eyes, run, tmp_path):
     assert filled > by_earlier > 0
 
 
+def test_each_eye_of_packed_video_has_its_own_picture(eyes, run, tmp_path):
+    """As `play` takes them: of posed frames the nearer one."""
+    scene = eyes.parent / "pavilion" / "pavilion.json"
+    run("render", scene, "--frames", "0-1", "--size", "256x128", "--spp", 2, "--eye", "both", "--ipd", 0.5, "--out", tmp_path / "both")
+    packed = tmp_path / "packed.mp4"
+    run("encode", tmp_path / "both", "--stereo", "top-bottom", "--out", packed)
+    run("play", packed, "--method", "rotation", "--size", "96x64", "--fov", 80, "--out", tmp_path / "played")
+    for frame in es.open_feed(packed):
+        views = {}
+        for eye, pose in eye_poses(frame.main.info).items():
+            views[eye] = es.reproject(frame, CAMERA, pose, method="rotation").rgb
+            np.testing.assert_array_equal(views[eye], picture(tmp_path / "played" / eye / f"frame.{frame.main.info.index:04}.png"))
+            own = es.reproject(frame.main if eye == "left" else frame.right, CAMERA, pose, method="rotation").rgb
+            np.testing.assert_array_equal(views[eye], own)
+        assert np.abs(views["left"].astype(int) - views["right"]).mean() > 1
+
+
 def test_rungs_know_the_error_budget(eyes):
     """An earlier frame whose depth is far off fills little within a fourth of a pixel and much within eight."""
     first, second = es.open_feed(eyes, depth=True)

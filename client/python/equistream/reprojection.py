@@ -169,6 +169,13 @@ def _covers_all(info: FrameInfo) -> bool:
     return isinstance(info.camera, EquirectCamera) and info.camera.is_full_sphere
 
 
+def _looked_at(frame: FeedFrame, pose: Pose) -> FeedPicture:
+    """Of a frame with a picture for each eye, the one that was seen from nearer to this eye."""
+    if frame.right is None or not frame.posed:
+        return frame.main
+    return min((frame.main, frame.right), key=lambda picture: np.linalg.norm(np.subtract(picture.info.camera_pose.position_m, pose.position_m)))
+
+
 class Reprojector:
     """A method and a fill chain, to be used for many frames and eyes.
 
@@ -205,7 +212,8 @@ class Reprojector:
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
         used, for exactly the views they belong to. `small` is a second picture for the passes that start with that name (a FeedFrame brings its own, and
-        its second layer, patches and the base around a window). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
+        its second layer, patches and the base around a window). Of a FeedFrame with a picture for each eye the one is taken that was seen from nearer
+        to this eye; of one that is not posed `main`, so give `frame.right` itself for the right eye. Patches that came without their depth are cast by `depth.cast_patches` where there is such a
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps one.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
@@ -224,11 +232,11 @@ class Reprojector:
             small = frame.small
         # Without the pass for what lies around a window, the sphere is shown alone.
         around = frame.base if frame is not None else None
-        main = _view(source if frame is None else frame.main if around is None or "base" in passes else around, "source")
+        main = _view(source if frame is None else _looked_at(frame, pose) if around is None or "base" in passes else around, "source")
         second = None if small is None else _view(small, "small")
         base = None if around is None or "base" not in passes else _view(around, "base")
-        own = ExactDepth((v.info.camera, v.info.camera_pose, v.depth_m)
-                         for v in (main, base, second, *(frame.depth_views if frame is not None else ())) if v is not None)
+        beside = () if frame is None else (frame.main, frame.right, *frame.depth_views)
+        own = ExactDepth((v.info.camera, v.info.camera_pose, v.depth_m) for v in (main, base, second, *beside) if v is not None)
         knower = depth if depth is not None else own
 
         def depth_of(view: _View, where: str, needed: bool) -> Optional[NDArray[np.float32]]:

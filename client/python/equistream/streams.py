@@ -106,7 +106,7 @@ class FeedPicture:
 class FeedFrame:
     """What arrives for one frame: the main picture, those that fill gaps, and views rendered beside it for their depth.
 
-    `base` is the coarse sphere around `main`, where that is a window; `small` is the second eye, `hidden` the surfaces behind the main picture's, `patches` the atlas of what the head box uncovers.
+    `right` is the right eye's picture, of video with both eyes in each; `main` is the left one's. `base` is the coarse sphere around `main`, where that is a window; `small` is the second eye, `hidden` the surfaces behind the main picture's, `patches` the atlas of what the head box uncovers.
 
     `posed` is False for foreign video, which is taken for a full sphere around nobody's head.
     """
@@ -118,6 +118,7 @@ class FeedFrame:
     hidden: Optional[FeedPicture] = None
     patches: Optional[FeedPicture] = None
     base: Optional[FeedPicture] = None
+    right: Optional[FeedPicture] = None
 
     def __repr__(self) -> str:
         return f"FeedFrame({self.main!r}, small: {'yes' if self.small else 'no'}, depth views: {len(self.depth_views)})"
@@ -150,7 +151,7 @@ class Feed:
         found: Any = self._core.next()
         if found is None:
             raise StopIteration
-        others = {name: None if found[name] is None else FeedPicture(**found[name]) for name in ("base", "small", "hidden", "patches")}
+        others = {name: None if found[name] is None else FeedPicture(**found[name]) for name in ("right", "base", "small", "hidden", "patches")}
         return FeedFrame(FeedPicture(**found["main"]), posed=found["posed"],
                          depth_views=[FeedPicture(**view) for view in found["depth_views"]], **others)
 

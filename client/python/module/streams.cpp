@@ -103,6 +103,7 @@ nb::object picture_of(ReceivedPicture&& picture) {
 nb::object frame_of(ReceivedFrame&& frame) {
     nb::dict found;
     found["main"] = picture_of(std::move(frame.main));
+    found["right"] = frame.right ? picture_of(std::move(*frame.right)) : nb::none();
     found["base"] = frame.base ? picture_of(std::move(*frame.base)) : nb::none();
     found["small"] = frame.small ? picture_of(std::move(*frame.small)) : nb::none();
     found["hidden"] = frame.hidden ? picture_of(std::move(*frame.hidden)) : nb::none();

@@ -5,6 +5,7 @@ Accuracy against the sphere's width is parity's (parity.py).
 """
 
 import json
+import pathlib
 import sys
 
 import equistream as es
@@ -14,6 +15,7 @@ from PIL import Image
 from presets import SEEDS
 from render_list import EYES, noisy_sphere
 from scene_work import STRESS
+from steps import digest
 
 from .systems import stage_ms
 
@@ -63,9 +65,10 @@ def draws(work):
 
 def reprojected(work, label, change, **settings):
     """The errors of what the `mesh` engine makes of the spheres, their depth changed by `change(depth_m, box_radius_m)` -> (depth_m, tolerance of w)."""
+    by = f"{digest(pathlib.Path(es.__file__).parent, '_core*')} {work.preset.eye} {settings}\n"
     for seed, source in zip(SEEDS, sources(work)):
         spheres, out = work.folder / source / "centre", work.folder / f"views/{label}-{seed}"
-        made_once(out, [spheres], lambda spheres=spheres, out=out, seed=seed: draw_views(work, es.Reprojector("mesh", fill="pushpull", **settings), spheres, change, seed, out))
+        made_once(out, [spheres], lambda spheres=spheres, out=out, seed=seed: draw_views(work, es.Reprojector("mesh", fill="pushpull", **settings), spheres, change, seed, out), by)
     return work.scored(label, [f"views/{label}-{seed}" for seed in SEEDS])
 
 

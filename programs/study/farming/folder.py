@@ -87,18 +87,42 @@ def parts_done(folder, plan, step):
     return sum(1 for _ in out.glob("*/part-*-of-*/frame.*.part")), min(map(len, frames_in([out]).values()), default=0)
 
 
-def status_lines(folder, plan):
+def status(folder, plan):
+    """Of each step: {step, done, of, what}; of parts also how many wait to be put together."""
     for step in plan["steps"]:
         if step["kind"] == "frames":
-            yield f"{step['name']}: {frames_done(folder, plan, step)} of {step['last'] - step['first'] + 1} frames"
+            yield {"step": step["name"], "done": frames_done(folder, plan, step), "of": step["last"] - step["first"] + 1, "what": "frames"}
         elif step["kind"] == "parts":
             waiting, frames = parts_done(folder, plan, step)
-            yield f"{step['name']}: {frames} of {step['last'] - step['first'] + 1} frames, and {waiting} parts of others"
+            yield {"step": step["name"], "done": frames, "of": step["last"] - step["first"] + 1, "what": "frames", "parts_waiting": waiting}
         else:
-            left = sum(1 for number in range(step["tasks"]) if not done_file(folder, step, number).exists())
-            yield f"{step['name']}: {step['tasks'] - left} of {step['tasks']} tasks"
+            done = sum(is_done(folder, plan, step, number) for number in range(step["tasks"]))
+            yield {"step": step["name"], "done": done, "of": step["tasks"], "what": "tasks"}
+
+
+def status_line(found):
+    waiting = f", and {found['parts_waiting']} parts of others" if "parts_waiting" in found else ""
+    return f"{found['step']}: {found['done']} of {found['of']} {found['what']}{waiting}"
 
 
 def done_file(folder, step, number):
     """What a task that is not divided by frames leaves when it has ended."""
     return pathlib.Path(folder) / "done" / f"{step['name']}-{number}"
+
+
+def is_done(folder, plan, step, number):
+    """Whether a task that is not divided by frames has ended, what it made is there, and no frame that it waits for is newer."""
+    done, base = done_file(folder, step, number), base_of(folder, plan)
+    if not done.exists():
+        return False
+    outs = [word for word, before in zip(step["words"], ["", *step["words"]]) if before == "--out"]
+    outs += [word.removeprefix("--out=") for word in step["words"] if word.startswith("--out=")]
+    if not all((base / out).exists() for out in outs) or ("out" in step and not newest_frame(base / step["out"])):
+        return False
+    before = [base / other["out"] for other in plan["steps"] if other["name"] in step["after"] and "out" in other]
+    return max(map(newest_frame, before), default=0) <= done.stat().st_mtime
+
+
+def newest_frame(out):
+    """When it was rendered; 0 where there is none."""
+    return max((file.stat().st_mtime for file in out.glob("*/frame.*.exr")), default=0)

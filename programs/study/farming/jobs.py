@@ -123,11 +123,13 @@ def divided(render, measured, options):
     return min(count, options.chunk or max(1, int(60 * options.minutes / max(measured["frame_s"], 1e-3)))), 1
 
 
-def render_steps(name, line, options, program):
-    """The render, what puts its frames together, and what was measured."""
+def render_steps(name, line, options, program, after, measured_before):
+    """The render, what puts its frames together, and what was measured: where it was before, it stays, and so do the tasks."""
     render = asked_of(program, [*without(line, DROPPED), "--dry-run", "--json"])
     if options.frame_seconds is not None:
         measured = {"frame_s": options.frame_seconds, "start_s": 0.0, "bytes": None}
+    elif measured_before and measured_before["bytes"]:
+        measured = measured_before
     else:
         measured = measured_frame(program, line, render, options.out.resolve(), Progress("farm", options.progress))
     chunk, parts = divided(render, measured, options)
@@ -140,9 +142,9 @@ def render_steps(name, line, options, program):
     if parts > 1:
         words = without(line, {**DROPPED, "--frames": 1})
         whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors)
-        return [step(name, "parts", words=words, **shared), whole], measured, last - first + 1
+        return [step(name, "parts", after=after, words=words, **shared), whole], measured, last - first + 1
     gathered = step(f"{name}-whole", "gather", after=[name], of=name, first=first, last=last, out=render["out"], command=f"equistream {shlex.join(line)}")
-    return [step(name, "frames", words=without(line, {**DROPPED, **PLACED}), **shared), gathered], measured, last - first + 1
+    return [step(name, "frames", after=after, words=without(line, {**DROPPED, **PLACED}), **shared), gathered], measured, last - first + 1
 
 
 def study_steps(line, options):
@@ -155,14 +157,16 @@ def study_steps(line, options):
     return plan.steps(study, options.measured or RESULTS, step)
 
 
-def plan_of(options):
+def plan_of(options, before):
+    """`before`: job, minutes and measured of the plan of this job that lies there, or nothing."""
+    measured_before = before["measured"] if before and before["minutes"] == options.minutes else {}
     lines, program = checked_lines(options.job), options.bin.resolve() / "equistream"
     steps, measured, frames, names = [], {}, 0, set()
     for number, line in enumerate(lines, start=1):
         name = line[0] if line[0] not in names else f"{line[0]}-{number}"
         names.add(name)
         if line[0] == "render":
-            made, measured[name], count = render_steps(name, line, options, program)
+            made, measured[name], count = render_steps(name, line, options, program, [each["name"] for each in steps], measured_before.get(name))
             frames += count
         elif line[0] == "study":
             made = study_steps(line, options)
@@ -171,7 +175,7 @@ def plan_of(options):
         steps += made
     folder = options.out.resolve()
     return {"name": re.sub(r"[^A-Za-z0-9._-]", "-", folder.name) or "farm", "job": options.job, "base": os.path.relpath(pathlib.Path.cwd(), folder),
-            "retries": options.retries, "frames": frames, "measured": measured, "steps": steps}
+            "retries": options.retries, "minutes": options.minutes, "frames": frames, "measured": measured, "steps": steps}
 
 
 def hours(each):

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 
-from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, read_plan
+from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, is_done, read_plan
 from gathered import gather
 from options import minutes_text
 from steps import ENDS_WITH_PARENT, Failed, write_whole
@@ -144,7 +144,7 @@ def run(programs, asked):
         base, done = base_of(asked.folder, plan), done_file(asked.folder, step, asked.number)
         words = [] if step["kind"] == "gather" else words_of(step, asked.number, asked.folder)
         told = shlex.join(words) + "\n"
-        if words and words[0] in FROM_THE_START and done.exists() and done.read_text() == told:
+        if words and words[0] in FROM_THE_START and is_done(asked.folder, plan, step, asked.number) and done.read_text() == told:
             report.step(1, f"done before; remove {done} to do it again")
             return 0
         if step["kind"] == "gather":

@@ -372,6 +372,7 @@ class Tiles(Commands):
             (["--tiles", "8"], "--tiles"),
             (["--tiles", "99999999999x1"], "--tiles"),
             (["--base", 128], "--base: expected --tiles, whose base it is, found no tiles"),
+            (["--fill", "none", "--fill-crf", 30], "--fill-crf: expected tracks that fill gaps (--fill), found none"),
             ([*tiles, "--base", 5], base + "5"),
             ([*tiles, "--base", -128], "--base"),
             ([*tiles, "--base", 256], base + "256"),

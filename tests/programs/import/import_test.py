@@ -3,6 +3,7 @@
 usage: import_test.py BIN_DIR   (the folder of the built programs)
 """
 
+import json
 import os
 import pathlib
 import shutil
@@ -149,6 +150,34 @@ class Import(unittest.TestCase):
             self.assert_same_pose(original, found)
         seam = max(np.abs(read_frame(f)["backward.u"] - unwrapped(read_frame(f)["backward.u"], WIDTH)).max() for f in self.sphere)
         self.assertGreater(seam, WIDTH / 2, "no motion crosses the seam: the test tests nothing there")
+
+    def test_frames_of_our_own_say_where_they_were_seen_from(self):
+        """What a compositor makes of them is as dark, and stands in the same places, as long as it keeps their attributes."""
+        said, found = self.imported(self.root / "sphere" / "centre")
+        self.assertIn("equistream:headPosition", said)
+        for original, file in zip(self.sphere, found):
+            self.assert_same(original, file, self.COLOUR + self.GEOMETRY + ["object_id"])
+            self.assert_same_pose(original, file)
+            ours, theirs = (OpenEXR.File(str(each), header_only=True).header() for each in (original, file))
+            for name in ("exposure", "lock", "ipd", "headBoxRadius", "scene", "headPosition"):
+                self.assertEqual(str(theirs[f"equistream:{name}"]), str(ours[f"equistream:{name}"]), name)
+        manifest = json.loads((self.work / "out/centre/manifest.json").read_text())
+        told = run("import", self.root / "sphere" / "centre", "--exposure", 3, "--out", self.work / "told")
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertEqual(json.loads((self.work / "told/centre/manifest.json").read_text())["exposure"], 3)
+        self.assertNotEqual(manifest["exposure"], 3)
+
+    def test_a_path_has_to_have_the_frames(self):
+        for number in (1001, 1002):
+            write(self.work / f"shot.{number}.exr", self.cycles_channels(read_frame(self.sphere[0])))
+        refused = run("import", self.work / "shot.####.exr", "--path", self.path_csv(self.sphere, True), "--fps", 25, "--out", self.work / "out")
+        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (2, 1), refused.stderr)
+        self.assertIn("expected poses from 40.04 to 40.08 s, when frames 1001 to 1002 are at 25 a second (--fps), found 0 to 0.0666667 s", refused.stderr)
+        self.assertFalse((self.work / "out").exists())
+        for number in (2, 3):
+            write(self.work / f"late.{number:04}.exr", self.cycles_channels(read_frame(self.sphere[0])))
+        late = run("import", self.work / "late.####.exr", "--path", self.path_csv(self.sphere, True), "--out", self.work / "out")
+        self.assertIn("1 of 2 frames are not within the path's 0 to 0.0666667 s: they take the pose at its end", late.stdout, late.stderr)
 
     def test_cycles_perspective_planar_depth(self):
         for i, file in enumerate(self.view):

@@ -93,6 +93,8 @@ class Viewer:
     def wait_for_more(self, clusters):
         wanted = self.clusters() + clusters
         wait_for(lambda: self.clusters() >= wanted or self.ended, f"{wanted} clusters")
+        if self.clusters() < wanted:
+            raise AssertionError(f"the stream ended after {self.clusters()} clusters, expected {wanted}")
 
     def leave(self):
         self.socket.shutdown(socket.SHUT_RDWR)

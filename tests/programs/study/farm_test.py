@@ -123,12 +123,30 @@ class Divided(Farm):
         self.farm("task", "farm", "render-whole")
         self.assert_same_frames("frames", "four")
 
-    def test_a_finished_encode_is_not_done_again(self):
+    def test_a_finished_encode_is_done_again_once_its_file_is_gone_or_its_frames_are_new(self):
         self.farm("--frame-seconds", 1, *self.render, "--out", "frames", "--", "encode", "whole", "--out", "frames.mp4")
-        for expected in (True, False):
-            (self.root / "frames.mp4").unlink(missing_ok=True)
+        video, frame = self.root / "frames.mp4", self.root / "frames/centre/frame.0000.exr"
+        frame.parent.mkdir(parents=True)
+
+        def is_encoded():
+            before = video.stat().st_mtime_ns if video.exists() else 0
             said = self.farm("task", "farm", "encode").stdout
-            self.assertEqual(("done before" in said, (self.root / "frames.mp4").exists()), (not expected, expected))
+            is_new = video.stat().st_mtime_ns != before
+            self.assertEqual("done before" in said, not is_new, said)
+            return is_new
+
+        self.assertEqual([is_encoded(), is_encoded()], [True, False])
+        video.unlink()
+        self.assertEqual([is_encoded(), is_encoded()], [True, False])
+        frame.touch()
+        self.assertIn("encode: 0 of 1 tasks", self.farm("status", "farm").stdout)
+        self.assertEqual([is_encoded(), is_encoded()], [True, False])
+        self.assertEqual(json.loads(self.farm("--json", "status", "farm").stdout)["steps"][-1], {"step": "encode", "done": 1, "of": 1, "what": "tasks"})
+
+    def test_a_render_waits_for_what_is_before_it(self):
+        self.farm("--frame-seconds", 1, *self.render, "--out", "a", "--", *self.render, "--out", "b")
+        self.assertEqual({step["name"]: step["after"] for step in self.plan()["steps"]},
+                         {"render": [], "render-whole": ["render"], "render-2": ["render", "render-whole"], "render-2-whole": ["render-2"]})
 
     def test_a_part_that_is_missing_or_changed_is_refused(self):
         words = (*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--out", "frames")
@@ -160,6 +178,11 @@ class Divided(Farm):
         self.assertGreater(measured["bytes"], 1000)
         self.assertEqual(render["chunk"], min(FRAMES, max(1, int(6 / measured["frame_s"]))))
         self.assertGreater(render["limit"], render["seconds"])
+        self.farm("--minutes", "0.1", *self.render, "--out", "frames", "--json")
+        self.assertEqual(self.plan()["measured"]["render"], measured, "or its tasks would be others, and what is finished rendered again")
+        (self.root / "farm/plan.json").write_text('{"format": "equistream farm 1"}')
+        damaged = self.farm(*self.render, "--out", "frames", status=1).stderr
+        self.assertRegex(damaged, r"^equistream farm: farm/plan.json: expected what .* KeyError 'job'; plan it anew\n$")
 
     def test_a_frame_that_takes_too_long_is_divided(self):
         self.farm("--minutes", 10, "--frame-seconds", 1500, *self.render, "--out", "frames")

@@ -48,7 +48,7 @@ class Fit(unittest.TestCase):
         chosen = re.search(r"chosen: (\d+)x(\d+), .*, h264 CRF (\d+), .*: (\d+\.\d+) \[.*\] dB, ([\d,]+) bytes", said)
         self.assertIsNotNone(chosen, said)
         self.assertGreaterEqual(float(chosen[4]), WANTED_DB)
-        self.assertRegex(settings.read_text(), rf"^# equistream fit .* --db {WANTED_DB}, measured \d{{4}}-\d\d-\d\d\n")
+        self.assertRegex(settings.read_text(), rf"^# equistream fit .* --db {WANTED_DB} --eye-size 160x90 .*, measured \d{{4}}-\d\d-\d\d\n")
 
         squares, wanted = [], (float(chosen[3]), int(chosen[1]), int(chosen[2]))
         seeds = int(re.search(r"with (\d+) seeds that the search had not", said)[1])
@@ -125,7 +125,8 @@ class Fit(unittest.TestCase):
                             ((self.scene, "--db", 30, "--window", "400x90"), "found '400x90'"), ((self.scene, "--db", 30, "--frames", "0-9999"), "found 9999"),
                             ((self.scene, "--db", 30, "--out", "none/here.ini"), "found none/here.ini")):
             said = self.fit(*words, code=2).stderr
-            self.assertIn(what, said.splitlines()[-1])
+            self.assertIn(what, said)
+            self.assertEqual(len(said.splitlines()), 1, said)
         self.assertEqual([path.name for path in self.root.iterdir()].count("pavilion-fit"), 0)
 
 

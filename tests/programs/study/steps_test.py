@@ -57,6 +57,16 @@ class SkippedSteps(unittest.TestCase):
         self.assertEqual(self.run_step("--loud"), 4)
         self.assertEqual((self.work / "made").read_text(), "2")
 
+    def test_again_means_all_but_renders(self):
+        steps = Steps(self.work, self.work / "bin", {}, {})
+        runs = []
+        for since in (0, time.time() + 10, 0):
+            steps.since = since
+            for name, fresh in (("play", None), ("render", f"made-{since > 0}")):
+                steps.run(name, "do", "given/a", "--out", f"{name}-made", fresh=fresh)
+            runs.append((self.work / "runs").read_text().count("run"))
+        self.assertEqual(runs, [2, 3, 3])
+
     def test_inputs_elsewhere_count_too_and_programs_not_for_renders(self):
         with tempfile.TemporaryDirectory() as elsewhere:
             scene = pathlib.Path(elsewhere) / "scene"

@@ -229,6 +229,29 @@ class Streams(Web):
         self.browser.evaluate("document.getElementById('headset').click(); equistream.drawHeadset(0, [], null, null)")
         self.assertEqual(self.said(), "open a stream first")
 
+    def test_tilting_a_turned_device_keeps_the_horizon_level(self):
+        """A tablet held upright is turned a quarter to the left, and half a radian is dragged upwards."""
+        self.open("")
+        orientation = self.browser.evaluate("""(async () => {
+            const {head} = equistream, around = {position: [0, 0, 0], orientation: [1, 0, 0, 0]};
+            const turn = alpha => {
+                dispatchEvent(new DeviceOrientationEvent("deviceorientation", {alpha, beta: 90, gamma: 0}));
+                return head.pose(around).orientation;
+            };
+            await head.followDevice();
+            const first = turn(20);
+            turn(110);
+            head.tilt(0.5);
+            const turned = turn(110);
+            await head.followDevice();
+            turn(300);
+            return {first, turned, after: head.pose(around).orientation};
+        })()""")
+        np.testing.assert_allclose(orientation["first"], [1, 0, 0, 0], atol=1e-9)
+        np.testing.assert_allclose(rotated(np.array(orientation["turned"]), (1, 0, 0)), (0, 0, -1), atol=1e-9)
+        np.testing.assert_allclose(rotated(np.array(orientation["turned"]), (0, 0, -1)), (-np.cos(0.5), np.sin(0.5), 0), atol=1e-9)
+        np.testing.assert_allclose(orientation["after"], [np.cos(0.25), np.sin(0.25), 0, 0], atol=1e-9)
+
     def test_it_plays_over_and_over_and_stops_and_jumps(self):
         self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
         self.browser.wait_for("(globalThis.turns ??= new Set()).add(equistream.player.maker.generation) && turns.size > 2")

@@ -183,6 +183,29 @@ TEST(FollowedHead, DoesNotAddUpWhatComesBack) {
     }
 }
 
+/// A recording whose head stands and turns, watched by a viewer who stands there too and looks elsewhere.
+TEST(FollowedHead, GoesWithFramesThatOnlyTurn) {
+    FollowedHead head;
+    for (const double yaw_rad : {0.0, 0.2, 0.4}) {
+        const Pose turned = {at(1).position_m, glm::angleAxis(yaw_rad, glm::dvec3(0, 1, 0))};
+        head.show(turned);
+        EXPECT_FALSE(head.is_followed()) << yaw_rad;
+        EXPECT_EQ(head.around().orientation, turned.orientation) << yaw_rad;
+        head.sent({turned.position_m, turned.orientation * glm::angleAxis(0.05, glm::dvec3(1, 0, 0))});
+    }
+}
+
+/// Both signs of a quaternion are the same turn.
+TEST(FollowedHead, KnowsItsOwnTurnOfEitherSign) {
+    FollowedHead head;
+    const glm::dquat turn = glm::angleAxis(0.3, glm::dvec3(0, 1, 0));
+    head.show(at(1));
+    head.sent({at(1).position_m, turn});
+    head.show({at(1).position_m, -turn});
+    EXPECT_TRUE(head.is_followed());
+    EXPECT_EQ(head.around().orientation, at(1).orientation);
+}
+
 TEST(FollowedHead, GoesWithTheFramesAgainWhenAnotherSteers) {
     FollowedHead head;
     head.show(at(0));

@@ -122,7 +122,11 @@ TEST(LiveStreams, AreSteeredByPosesAsTheyWereSaid) {
     ASSERT_TRUE(steering);
     EXPECT_EQ(steering->position_m, said.position_m);
     EXPECT_EQ(steering->orientation, said.orientation);
-    EXPECT_LE(stream.gaze(0.1)->x, (said.orientation * glm::dvec3(0, 0, -1)).x) << "it turns on to the left";
+    const double said_x = (said.orientation * glm::dvec3(0, 0, -1)).x;
+    const double foretold_x = stream.gaze(0.1)->x;
+    if (stream.steering_age_s() < 0.15) {  // of a pose of long ago nothing is foretold
+        EXPECT_LT(foretold_x, said_x) << "it turns on to the left";
+    }
 }
 
 /// A head that had turned away between two questions left no gaze at all, and their mean was no direction.

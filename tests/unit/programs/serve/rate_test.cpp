@@ -115,6 +115,26 @@ TEST(RateControl, BeginsAnewWithAnotherViewer) {
     EXPECT_EQ(watched.rate.coarser(), 0);
 }
 
+/// One whose first sphere is coded before anything is known of its line.
+TEST(RateControl, BeginsAnewWithAnotherViewerAfterAPause) {
+    Watched watched(std::nullopt);
+    watched.go_on(10, 0.5e6);
+    ASSERT_GT(watched.rate.coarser(), 10);
+    watched.rate.pause();
+    watched.rate.delivered(watched.now_s + 60, 2, {0, 0});
+    EXPECT_EQ(watched.rate.coarser(), 0);
+}
+
+/// A viewer that changes from one radio cell to the next is not a viewer with a bad line.
+TEST(RateControl, ForgivesALineThatStandsStillForAMoment) {
+    Watched watched(std::nullopt);
+    watched.go_on(10, 20e6);
+    watched.go_on(1.6, 0);
+    EXPECT_LT(watched.rate.coarser(), 3);
+    watched.go_on(3, 20e6);
+    EXPECT_EQ(watched.rate.coarser(), 0);
+}
+
 TEST(RateControl, TakesFromTheWindowFirstAndFromTheSphereLast) {
     EXPECT_EQ(divided(6, true).window, 6);
     EXPECT_EQ(divided(6, true).base, 0);

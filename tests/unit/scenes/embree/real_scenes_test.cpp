@@ -30,7 +30,7 @@ std::ostream& operator<<(std::ostream& out, const RealScene& scene) {
     return out << scene.name;
 }
 
-class RealScenes : public ::testing::TestWithParam<RealScene> {
+class RealScenes : public TemporaryFolder, public ::testing::WithParamInterface<RealScene> {
 protected:
     void SetUp() override {
         const char* folder = std::getenv("EQUISTREAM_SCENES");
@@ -56,13 +56,11 @@ TEST_P(RealScenes, LoadsWithTheTrianglesItsReadmeStates) {
 }
 
 TEST_P(RealScenes, TruncatedIsRefused) {
-    const std::filesystem::path cut =
-        std::filesystem::temp_directory_path() / (std::string(GetParam().name) + "-cut.glb");
-    std::filesystem::copy_file(file_, cut, std::filesystem::copy_options::overwrite_existing);
+    const std::filesystem::path cut = folder_ / "cut.glb";
+    std::filesystem::copy_file(file_, cut);
     std::filesystem::permissions(cut, std::filesystem::perms::owner_write, std::filesystem::perm_options::add);
     std::filesystem::resize_file(cut, std::filesystem::file_size(cut) / 2);
     expect_contains(input_error([&] { load_model(cut); }), "truncated");
-    std::filesystem::remove(cut);
 }
 
 /// Normals decoded with a wrong stride, scale or axis order would stand at random to the faces. In san-miguel's file

@@ -300,6 +300,31 @@ TEST_F(ModelTest, OneNoteSaysWhatIsLeftOut) {
     expect_contains(of_geometry[0], "model.glb: left out: animations (1 animation)");
 }
 
+TEST_F(ModelTest, OneNoteSaysWhatIsShownOtherwise) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["extensionsUsed"] = {"KHR_materials_unlit", "EXT_mesh_gpu_instancing", "VENDOR_odd"};
+    builder.json["materials"] = {
+        {{"extensions", {{"KHR_materials_unlit", Json::object()}}}},
+        {{"extensions",
+          {{"KHR_materials_transmission", {{"transmissionFactor", 1}, {"transmissionTexture", {{"index", 0}}}}}}}},
+        {{"extensions",
+          {{"KHR_materials_pbrSpecularGlossiness",
+            {{"diffuseFactor", {0.5, 0.25, 0.125, 1}}, {"glossinessFactor", 0.25}}}}}},
+        {{"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 1, 1}}}},
+         {"extensions", {{"KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {1, 0, 0, 1}}}}}}}};
+    builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = Json::object();
+    const SceneModel model = load(builder);
+    ASSERT_EQ(model.notes.size(), 1u);
+    expect_contains(model.notes[0], "left out: colours that no light changes (1 material), specular colours (2 "
+                                    "materials), textures of transmission, taken as opaque (1 material), copies (1 "
+                                    "node) and VENDOR_odd");
+    EXPECT_EQ(model.materials[1].transmission, 0);
+    expect_near(model.materials[2].base_colour, {0.5f, 0.25f, 0.125f});
+    EXPECT_EQ(model.materials[2].metallic, 0);
+    EXPECT_EQ(model.materials[2].roughness, 0.75f);
+    expect_near(model.materials[3].base_colour, {0, 0, 1});
+}
+
 TEST_F(ModelTest, AlphaMaskAnywhereOnThePlane) {
     AlphaMask mask;
     mask.width = 5;

@@ -172,6 +172,11 @@ TEST_F(ObjMaterial, MasksComeFromMapDOrTheColoursOwnAlpha) {
     }
     const SceneModel whole = load("newmtl m\nmap_Kd green.png\n");
     EXPECT_TRUE(whole.alpha_masks.empty()) << "an alpha that cuts nothing away is none";
+    write("bmp32.png", png_rgba(2, 1, {0, 255, 0, 0, 255, 0, 0, 0}));
+    const SceneModel unused = load("newmtl m\nmap_Kd bmp32.png\n");
+    EXPECT_TRUE(unused.alpha_masks.empty()) << "nor one that cuts all away, as the fourth byte of many a bitmap does";
+    ASSERT_EQ(unused.notes.size(), 1u);
+    expect_contains(unused.notes[0], "bmp32.png has an alpha of 0 everywhere: not used");
     EXPECT_EQ(load("newmtl m\nmap_Kd green.png\nd 0\nmap_d mask.tga\n").materials[0].transmission, 0);
 }
 

@@ -1,0 +1,29 @@
+#pragma once
+/// A recorded stream's file, open for reading. What of its container decides whether viewers can read it as it comes.
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace equistream::serve {
+
+class RecordedFile {
+public:
+    /// Throws InputError for one that cannot be read.
+    explicit RecordedFile(const std::string& file);
+    ~RecordedFile();
+    RecordedFile(const RecordedFile&) = delete;
+    RecordedFile& operator=(const RecordedFile&) = delete;
+
+    /// How many bytes from `offset` on it gave: 0 at its end, and where it cannot be read any more. Any thread.
+    std::size_t read(std::int64_t offset, std::span<char> bytes) const;
+
+    /// Of an MP4: whether the samples lie before the index (ISO 14496-12, 4.2). Viewers cannot go back.
+    bool index_comes_last() const;
+    /// Of Matroska: whether its segment says how long it is (RFC 9559, 4.5). Readers end there.
+    bool says_its_size() const;
+
+private:
+    int file_;
+};
+
+}  // namespace equistream::serve
