@@ -101,6 +101,8 @@ private:
     void draw();
     void look(gl::Size window);
     bool shows_truth() const;
+    bool shows_other() const;
+    bool is_split() const;
     std::string why_no_truth() const;
     bool find_truth();
     void put_truth_beside();

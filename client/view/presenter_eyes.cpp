@@ -76,19 +76,26 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
                         times_);
 }
 
+/// Whether something else is shown right of the line: the truth, or what is not chosen.
+bool Presenter::is_split() const {
+    return shows_truth() || shows_other();
+}
+
+bool Presenter::shows_other() const {
+    return split_ < 1 && truth_ == nullptr && renderer_->has_depth();
+}
+
 void Presenter::look(gl::Size window) {
     const bool with_truth = shows_truth();
-    const bool with_other = split_ < 1 && truth_ == nullptr && renderer_->has_depth();
-    const bool splits = with_truth || with_other;
     eyes_.reset();
     if (shown_.layout != gl::DisplayLayout::sphere)
-        draw_eyes(window, with_other);
+        draw_eyes(window, shows_other());
     truth_db_.reset();
     if (with_truth)
         put_truth_beside();
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     display_.draw({.eyes = &targets_,
-                   .other = splits ? &other_targets_ : nullptr,
+                   .other = is_split() ? &other_targets_ : nullptr,
                    .depth = renderer_->depth(),
                    .reliability = shown_.overlay == gl::Overlay::reliability ? renderer_->reliability() : 0,
                    .motion = renderer_->motion(),

@@ -86,7 +86,8 @@ std::vector<Fact> Presenter::make_facts() {
 /// Of the eye's pixel under the pointer, while the panel shows it.
 void Presenter::ask_for_pixel() {
     const std::optional<PointerEvent> pointer = shown_.panel ? face_.pointer_over_picture() : std::nullopt;
-    if (!pointer || !eyes_ || probe_.is_waiting() || now_s_ - asked_s_ < between_pixels_s)
+    const bool is_other = pointer && is_split() && pointer->x >= split_ * float(inputs_.window.width);
+    if (!pointer || is_other || !eyes_ || probe_.is_waiting() || now_s_ - asked_s_ < between_pixels_s)
         return;
     const auto pixel =
         gl::shown_pixel(shown_.layout, inputs_.window, int(std::floor(pointer->x)), int(std::floor(pointer->y)));

@@ -193,7 +193,7 @@ class Page {
             this.renderer.show(null, {left: 0, bottom: 0, width, height}, left, right, this.layout === 2);
         else
             [left, right].forEach((eye, i) => this.renderer.show(
-                null, {left: i * half, bottom: 0, width: half, height}, eye, eye, false));
+                null, {left: i * half, bottom: 0, width: i ? width - half : half, height}, eye, eye, false));
         this.hasPicture();
     }
 

@@ -174,6 +174,7 @@ export class Renderer {
         this.main = new SourcePicture(this);
         this.window = new SourcePicture(this);
         this.current = null;  // EyeTargets
+        this.others = [];     // of eyes of other sizes, of which a headset may have two
         this.blocks = [48, 4 * eyeBlockFloats * 8].map((bytes, binding) => {
             const buffer = gl.createBuffer();
             gl.bindBufferBase(gl.UNIFORM_BUFFER, binding, buffer);
@@ -233,11 +234,15 @@ export class Renderer {
 
     targetsOf(view, eyes) {
         const key = `${view.width}x${view.height}x${eyes}`;
-        if (this.current?.key !== key) {
-            this.current?.free();
-            this.current = new EyeTargets(this.gl, view.width, view.height, eyes);
-        }
-        return this.current;
+        if (this.current?.key === key)
+            return this.current;
+        const kept = this.others.find(targets => targets.key === key);
+        this.others = this.others.filter(targets => targets !== kept);
+        if (this.current)
+            this.others.push(this.current);
+        if (this.others.length > 1)
+            this.others.shift().free();
+        return this.current = kept ?? new EyeTargets(this.gl, view.width, view.height, eyes);
     }
 
     setBlock(binding, data) {

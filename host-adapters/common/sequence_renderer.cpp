@@ -249,7 +249,13 @@ void print_plan(const RenderOptions& o, const Timeline& timeline, const RenderHo
     nlohmann::json plan = {
         {"first_frame", first},       {"last_frame", last},   {"width", o.size.width},
         {"height", o.size.height},    {"spp", o.spp},         {"frames_per_second", timeline.frames_per_second},
-        {"independent", independent}, {"in_parts", in_parts}, {"out", o.out.string()}};
+        {"independent", independent}, {"in_parts", in_parts}, {"out", o.out.string()},
+        {"threads", o.threads}};
+    // Where they are set, whoever divides the job cannot set them.
+    for (const auto& [name, is_set] :
+         {std::pair("overwrite", o.overwrite), std::pair("follow", o.follow), std::pair("part", o.part.count > 0)})
+        if (is_set)
+            plan["is_set"].push_back(name);
     plan.update(cli::provenance(command));
     std::printf("%s\n", json_text(plan, 2).c_str());
 }

@@ -89,6 +89,9 @@ void Output::write_to_file(const std::uint8_t* bytes, int size) {
 
 /// What an earlier run left there is overwritten, once it is certain that nobody is writing it now.
 void Output::open_aside() {
+    std::error_code error;  // where a link leads, its file is replaced and not the link
+    if (std::filesystem::is_symlink(target_, error))
+        target_ = std::filesystem::weakly_canonical(target_, error).string();
     aside_ = target_ + ".part";
     file_ = open_locked_file(aside_);
     if (file_ < 0 && errno == EWOULDBLOCK)

@@ -38,7 +38,8 @@ struct WrittenTrack {
     std::optional<std::int64_t> last_index, coded_index;
     av::Frame held;  ///< the newest picture, while the track's length is not known: of a live stream coded already
     FrameInfo held_info;
-    bool begins_group = false;  ///< with the next picture
+    bool begins_group = false;            ///< with the next picture
+    std::optional<std::int64_t> earlier;  ///< by so many pictures it is decoded, so that all tracks begin to be at once
 };
 
 /// Takes `data`, which is libav's.
@@ -123,6 +124,7 @@ struct StreamWriter::State {
     void take_live(WrittenTrack& track, av::Frame picture, const FrameInfo& info);
     void encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count);
     void end_track(WrittenTrack& track, bool whole);
+    void begin_together(WrittenTrack& track, AVPacket& packet) const;
     void write_packet(WrittenTrack& track, AVPacket& packet);
     /// `whole`: the last pictures may say that they are the last.
     void end_tracks(bool whole);
@@ -256,7 +258,19 @@ bool StreamWriter::State::is_tile(const WrittenTrack& track) const {
            std::ranges::count_if(tracks, [&](const auto& other) { return other->role == track.role; }) > 1;
 }
 
+/// libx264 and libx265 reorder by other numbers of pictures. In an MP4 in fragments libavformat moves what begins to be
+/// decoded later, but not its first picture.
+void StreamWriter::State::begin_together(WrittenTrack& track, AVPacket& packet) const {
+    const auto is_coded_otherwise = [&](const auto& other) { return other->codec != tracks.front()->codec; };
+    if (!is_mp4() || std::ranges::none_of(tracks, is_coded_otherwise))
+        return;
+    if (!track.earlier)
+        track.earlier = std::max<std::int64_t>(0, longest_reordering - (packet.pts - packet.dts));
+    packet.dts -= *track.earlier;
+}
+
 void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
+    begin_together(track, packet);
     track.bytes += packet.size;
     packet.stream_index = track.stream->index;
     packet.duration = 1;

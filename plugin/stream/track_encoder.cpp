@@ -18,7 +18,6 @@ namespace {
 constexpr const char* presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                    "medium",    "slow",      "slower",   "veryslow", "placebo"};
 constexpr int max_threads = 64;
-constexpr std::int64_t longest_reordering = 2;
 /// Of live streams, whose groups end where they are asked to.
 constexpr int endless_group = 1 << 24;
 

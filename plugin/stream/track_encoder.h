@@ -11,6 +11,9 @@
 
 namespace equistream {
 
+/// Pictures by which libx264 and libx265 decode earlier than they show, at most, by any preset.
+inline constexpr std::int64_t longest_reordering = 2;
+
 class TrackEncoder {
 public:
     /// `global_header`: the container keeps parameter sets in its header. Throws InputError for unusable settings.

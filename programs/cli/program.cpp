@@ -2,6 +2,7 @@
 
 #include "commands.h"
 #include "process.h"
+#include "settings_text.h"
 
 #include <client/transport/address.h>
 #include <equistream/error.h>
@@ -156,11 +157,11 @@ public:
 /// and the options there are.
 class SettingsFile : public CLI::ConfigBase {
 public:
-    explicit SettingsFile(const CLI::App& app) : app_(app) {}
+    explicit SettingsFile(const CLI::App& app) : app_(app) { comment('\x1f'); }  // remarks have gone before it looks
     std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
         std::ostringstream whole;
         whole << input.rdbuf();
-        std::istringstream again(whole.str());
+        std::istringstream again(settings_for_reader(whole.str(), app_.get_config_ptr()->as<std::string>()));
         const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
         std::vector<CLI::ConfigItem> accepted;
         for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {

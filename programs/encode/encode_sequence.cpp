@@ -47,6 +47,15 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     return settings;
 }
 
+/// They say how depth is coded. That of a hidden layer or of mirrors counts as well.
+void require_depth_for_its_options(const DepthRequest& request, const DepthPlan& plan) {
+    const std::string option = request.crf              ? "--depth-crf"
+                               : request.share          ? "--depth-share"
+                               : request.halved == true ? "--depth-scale"
+                                                        : "";
+    cli::require(option.empty() || !plan.tracks.empty(), option, "depth that is coded (--depth)", "none");
+}
+
 /// Depth tracks of a stream being written: each group's range, and what its steps and its clamping cost.
 class DepthWriter {
 public:
@@ -185,6 +194,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         for_motion = motion_planes(request.sources.tracks.front().folder / frame_file_name(frames.front()));
     const std::optional<TilePlan> tiles = checked_tiles(request, pictures.front());
     const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion, tiles};
+    require_depth_for_its_options(request.depth, plan.depth);
     if (!plan.depth.tracks.empty() || request.motion || request.tiles)
         pictures = read_frame(request.sources, plan, frames.front(), coding);
     EncodeReport report;

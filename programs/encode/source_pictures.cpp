@@ -176,6 +176,9 @@ std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, st
     const std::string right_size = size_text(right.rgb.width(), right.rgb.height());
     cli::require(left_size == right_size, (sources.right_eye / frame_file_name(index)).string(),
                  "the left eye's size, " + left_size, right_size);
+    cli::require(std::holds_alternative<EquirectCamera>(left.info.camera),
+                 (sources.tracks.front().folder / frame_file_name(index)).string(), "a sphere, for --stereo",
+                 "a perspective view (--eye encodes one of two)");
     left.right_info = right.info;
     left.is_posed = is_right_eye_of(left.info, right.info);
     left.info.packing = sources.packing;

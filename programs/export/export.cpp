@@ -69,6 +69,14 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     if (a.frames)
         std::erase_if(frames, [&](std::int64_t index) { return index < a.frames->first || index > a.frames->last; });
     cli::require(!frames.empty(), "--frames", "frames that " + source.folder.string() + " has", "none of these");
+    const std::int64_t first = a.frames ? a.frames->first : frames.front();
+    const std::int64_t last = a.frames ? a.frames->last : frames.back();
+    std::int64_t there = first;  // up to which none is missing
+    for (const std::int64_t index : frames)
+        there += index == there ? 1 : 0;
+    cli::require(there == last + 1, source.folder.string(),
+                 "frames " + std::to_string(first) + "-" + std::to_string(last),
+                 "no " + frame_file_name(there) + " (render it, or choose --frames)");
     for (const std::int64_t index : frames) {
         const fs::path file = a.out / frame_file_name(index);
         cli::require(a.overwrite || !fs::exists(file), file.string(), "no such file, or --overwrite", "one");

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 
@@ -71,7 +72,10 @@ constexpr std::array video_extensions = {".mp4", ".mkv"};
 void choose_video(Arguments& arguments, const cli::CommandLine& app) {
     play::Settings& settings = arguments.settings;
     const std::filesystem::path& out = settings.out;
-    if (std::ranges::find(video_extensions, out.extension()) == video_extensions.end())
+    std::string extension = out.extension().string();
+    for (char& c : extension)
+        c = char(std::tolower(static_cast<unsigned char>(c)));
+    if (std::ranges::find(video_extensions, extension) == video_extensions.end())
         return;
     const std::string option = "--out " + out.string();
     require(type_of(out, "the name of a video") != std::filesystem::file_type::directory, option, "the name of a video",

@@ -94,6 +94,7 @@ public:
         outputs_->finish();
         report_.truncation = feed_->truncation();
         note_head_box();
+        note_missing();
         note_patches();
         note_window();
         write_report();
@@ -151,6 +152,11 @@ private:
         PlayedFrame played;
         while (std::optional<Incoming> incoming = next()) {
             const std::int64_t index = incoming->frame.main.info.index;
+            if (last_ && index > *last_ + 1) {
+                missing_ += index - *last_ - 1;
+                first_missing_ = first_missing_.value_or(*last_ + 1);
+            }
+            last_ = index;
             player_->rechoose(played, index, report_);
             player_->play(incoming->frame, played);
             write(played);
@@ -221,6 +227,12 @@ private:
                                     " was rendered for: parallax there is beyond its error bound");
     }
 
+    void note_missing() {
+        if (missing_ > 0)
+            report_.notes.push_back(std::to_string(missing_) + " frames between others are not in " +
+                                    report_.settings.source + ", the first of them " + std::to_string(*first_missing_));
+    }
+
     void note_patches() {
         if (player_->missed_patch_depth())
             report_.notes.push_back("--fill patches is passed over: " + report_.settings.source +
@@ -258,9 +270,11 @@ private:
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;
     std::int64_t read_bytes_ = 0;
-    std::optional<Incoming> first_, second_;      ///< as far as they were read before the first is played
-    std::exception_ptr second_problem_;           ///< what kept the second from being read
-    std::unique_ptr<ViewingSimulation> viewing_;  ///< where there are refreshes
+    std::optional<std::int64_t> last_, first_missing_;  // frames' numbers
+    std::int64_t missing_ = 0;                          // frames between others
+    std::optional<Incoming> first_, second_;            ///< as far as they were read before the first is played
+    std::exception_ptr second_problem_;                 ///< what kept the second from being read
+    std::unique_ptr<ViewingSimulation> viewing_;        ///< where there are refreshes
 };
 
 }  // namespace

@@ -4,6 +4,7 @@ import argparse
 import difflib
 import json
 import pathlib
+import re
 import sys
 import threading
 import time
@@ -19,10 +20,17 @@ def add_common(parser):
     parser.add_argument("--progress", choices=("auto", "json", "none"), default="auto", help="auto: a line a step on standard error; json: the same as JSON; none: nothing")
 
 
+def without_remark(value):
+    """Nor quotes; as the other commands read it (programs/cli/settings_text.h)."""
+    if value[:1] in ('"', "'") and (end := value.find(value[0], 1)) > 0:
+        return value[1:end]
+    return re.split(r"(?:^|\s)[#;]", value)[0].strip()
+
+
 def words_of(parser, file, section):
     """A settings file's lines as words of the command line; those in a [section] of another command are passed over."""
     try:
-        lines = file.read_text().splitlines()
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         parser.error(f"argument --settings: {file}: expected a text file, found {getattr(error, 'strerror', None) or 'other bytes'}")
     known = {name.lstrip("-"): action for action in parser._actions for name in action.option_strings if action.dest not in ("help", "settings")}
@@ -33,7 +41,7 @@ def words_of(parser, file, section):
             here = line[1:-1].strip()
         elif line and line[0] not in "#;" and here == section:
             key, equals, value = (part.strip() for part in line.partition("="))
-            value = value.strip('"')
+            value = without_remark(value)
             if not equals or key not in known:
                 parser.error(f"argument --settings: {file}:{number}: expected option = value with an option of equistream {section}, found '{line}'")
             if known[key].nargs != 0:

@@ -38,8 +38,8 @@ float timeline_height() {
 
 /// "1:02.50"
 std::string clock_text(double time_s) {
-    const double minutes = std::floor(std::max(0.0, time_s) / 60);
-    return formatted("%.0f:%05.2f", minutes, std::max(0.0, time_s) - 60 * minutes);
+    const double shown_s = std::round(100 * std::max(0.0, time_s)) / 100, minutes = std::floor(shown_s / 60);
+    return formatted("%.0f:%05.2f", minutes, shown_s - 60 * minutes);
 }
 
 /// A triangle that points on, or two bars; drawn, for not every font has them.

@@ -126,6 +126,8 @@ def divided(render, measured, options):
 def render_steps(name, line, options, program, after, measured_before):
     """The render, what puts its frames together, and what was measured: where it was before, it stays, and so do the tasks."""
     render = asked_of(program, [*without(line, DROPPED), "--dry-run", "--json"])
+    if set_elsewhere := render.get("is_set"):
+        raise Failed(f"--settings: expected a render that goes on where it was, found {', '.join(set_elsewhere)}, which a farm's tasks cannot have")
     if options.frame_seconds is not None:
         measured = {"frame_s": options.frame_seconds, "start_s": 0.0, "bytes": None}
     elif measured_before and measured_before["bytes"]:
@@ -135,10 +137,9 @@ def render_steps(name, line, options, program, after, measured_before):
     chunk, parts = divided(render, measured, options)
     first, last = render["first_frame"], render["last_frame"]
     tasks = parts if parts > 1 else math.ceil((last - first + 1) / chunk)
-    threads = re.search(r"--threads[ =](\d+)", " ".join(line))
-    processors = int(threads[1]) if threads else None
+    processors = render["threads"] or None
     seconds = round(measured["start_s"] + chunk * measured["frame_s"] / parts, 1)
-    shared = {"tasks": tasks, "first": first, "last": last, "chunk": chunk, "out": render["out"], "seconds": seconds, "processors": processors}
+    shared = {"says_threads": render["threads"] > 0, "tasks": tasks, "first": first, "last": last, "chunk": chunk, "out": render["out"], "seconds": seconds, "processors": processors}
     if parts > 1:
         words = without(line, {**DROPPED, "--frames": 1})
         whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors)

@@ -235,6 +235,24 @@ class Views(Commands):
         self.assertEqual([path.name for path in (self.out / "views/left").iterdir()], ["frame.0000.png"])
 
 
+    def test_missing_frames_are_told_and_not_exported(self):
+        frames = self.out / "frames"
+        shutil.copytree(self.frames, frames)
+        (frames / "centre" / "frame.0002.exr").unlink()
+        views = self.out / "views"
+        self.done("play", frames, *PLAY, "--frames", "0-4", "--out", views)
+        self.assertIn(f"1 frames between others are not in {frames}, the first of them 2", json.loads((views / "report.json").read_text())["notes"])
+        for asked in ("1-3", "3-100"):
+            self.refused(["export", frames, "--frames", asked, "--out", self.out / "comp"], f"expected frames {asked}, found no frame.")
+        self.done("export", frames, "--frames", "3-4", "--out", self.out / "comp")
+
+    def test_a_settings_file_has_values_with_any_characters(self):
+        settings = self.out / "own.ini"
+        settings.write_text(f'\ufeffframes = 0 # the first\nout = "{self.out}/take #2, again"\n')
+        self.done("play", self.frames, *PLAY, "--settings", settings)
+        self.assertEqual(sorted(path.name for path in self.out.iterdir()), ["own.ini", "take #2, again"])
+
+
 class Scores(Commands):
     def setUp(self):
         super().setUp()
@@ -250,6 +268,12 @@ class Scores(Commands):
                          f"--difference {folder}: expected a folder apart from what is compared")
             self.assertEqual(contents(self.out), before)
         self.done("compare", self.views, truth, "--difference", self.out / "difference")
+
+    def test_scores_do_not_take_the_place_of_what_play_says(self):
+        before = contents(self.out)
+        self.refused(["compare", self.views, self.views, "--metrics", "psnr", "--out", self.views / "report.json"],
+                     "report.json: expected another place than what is read")
+        self.assertEqual(contents(self.out), before)
 
     def test_scores_that_cannot_be_written_are_told(self):
         picture = self.views / "left" / "frame.0000.png"
@@ -373,6 +397,8 @@ class Tiles(Commands):
             (["--tiles", "99999999999x1"], "--tiles"),
             (["--base", 128], "--base: expected --tiles, whose base it is, found no tiles"),
             (["--fill", "none", "--fill-crf", 30], "--fill-crf: expected tracks that fill gaps (--fill), found none"),
+            (["--fill", "none", "--depth-share", 0.5], "--depth-share: expected depth that is coded (--depth), found none"),
+            (["--fill", "none", "--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found none"),
             ([*tiles, "--base", 5], base + "5"),
             ([*tiles, "--base", -128], "--base"),
             ([*tiles, "--base", 256], base + "256"),
@@ -388,6 +414,10 @@ class Tiles(Commands):
     def test_of_windows(self):
         self.refused_of(["--size", "128x64", "--window", "gaze,90x90", "--density", 256],
                         (["--tiles", "2x1"], "--tiles 2x1: expected a whole sphere with a small stream at most"))
+
+    def test_both_eyes_of_flat_views(self):
+        self.refused_of(["--size", "128x64", "--camera", "perspective", "--eye", "both"],
+                        (["--stereo", "top-bottom"], "expected a sphere, for --stereo, found a perspective view"))
 
     def test_of_flat_views(self):
         self.refused_of(["--size", "256x128", "--camera", "perspective"], (["--tiles", "4x2"], "expected whole spheres, twice as wide as high, found 256x128"))

@@ -143,6 +143,14 @@ class Divided(Farm):
         self.assertEqual([is_encoded(), is_encoded()], [True, False])
         self.assertEqual(json.loads(self.farm("--json", "status", "farm").stdout)["steps"][-1], {"step": "encode", "done": 1, "of": 1, "what": "tasks"})
 
+    def test_a_settings_file_counts_as_the_command_line_does(self):
+        (self.root / "own.ini").write_text("[render]\nthreads = 1\n")
+        self.farm("--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames")
+        self.assertEqual(self.plan()["steps"][0]["processors"], 1)
+        (self.root / "own.ini").write_text("[render]\noverwrite = true\n")
+        refused = self.farm("--out", "other", "--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames", status=1).stderr
+        self.assertEqual(refused, "equistream farm: --settings: expected a render that goes on where it was, found overwrite, which a farm's tasks cannot have\n")
+
     def test_a_render_waits_for_what_is_before_it(self):
         self.farm("--frame-seconds", 1, *self.render, "--out", "a", "--", *self.render, "--out", "b")
         self.assertEqual({step["name"]: step["after"] for step in self.plan()["steps"]},

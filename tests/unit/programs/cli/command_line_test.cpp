@@ -3,6 +3,7 @@
 #include <programs/cli/process.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
+#include <programs/cli/settings_text.h>
 
 #include <gtest/gtest.h>
 
@@ -176,6 +177,24 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
     EXPECT_EQ(errors, "equistream test: " + file + ":1: expected one of n, found 'help'\n");
     EXPECT_EQ(run({"p", "--settings", file + ".missing"}, n, errors), exit_usage);
+}
+
+TEST(SettingsText, IsMadeOneThatIsReadAsItIsMeant) {
+    const auto read = [](const std::string& text) { return settings_for_reader(text, "a.ini"); };
+    EXPECT_EQ(read("\xef\xbb\xbfsize = 64x64 # note\n  fov=80 ; note\n# all of it\n\n[play]\n"),
+              "size = 64x64\n  fov= 80\n# all of it\n\n[play]\n");
+    EXPECT_EQ(read("out = \"take #2/eyes\" # where\n"), "out = \"take #2/eyes\"\n");
+    EXPECT_EQ(read("out = 'take #2'\n"), "out = 'take #2'\n");
+    EXPECT_EQ(read("out = play#1\n"), "out = \"play#1\"\n");
+    EXPECT_EQ(read("fill = hidden,base\nout = with space.mkv\nout = it's \"so\"\n"),
+              "fill = \"hidden,base\"\nout = \"with space.mkv\"\nout = 'it's \"so\"'\n");
+    EXPECT_EQ(read("list = [1, 2] # two\nempty =\nflag\n"), "list = [1, 2]\nempty = \nflag\n");
+    try {
+        read("a = 1\nout = \"open\n");
+        ADD_FAILURE() << "a quote that does not end";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(), "a.ini:2: expected a quote at the value's end, found '\"open'");
+    }
 }
 
 TEST(Program, AFileBeyondTheLimitOfSizesIsAnErrorAndNotTheEnd) {

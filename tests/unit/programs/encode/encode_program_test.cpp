@@ -141,17 +141,18 @@ TEST_F(Programs, TilesShowWhatTheWholeSphereDoes) {
         std::fill_n(depth_m.pixel(0, 64), 64 * 512, 5.0f);  // the second row of tiles
         write_exr(folder / "r/centre" / frame_file_name(index), frame);
     }
-    const std::string words = "encode '" + path("r") +
-                              "' --preset ultrafast --gop 2 --json --depth w10 --depth-crf 14 --depth-scale 1 --out '";
-    ASSERT_EQ(run(words + path("whole.mkv") + "'").status, 0);
+    const std::string words =
+        "encode '" + path("r") + "' --preset ultrafast --gop 2 --json --depth-crf 14 --depth-scale 1 --depth ";
+    ASSERT_EQ(run(words + "w10 --out '" + path("whole.mkv") + "'").status, 0);
     StreamReader reader(path("whole.mkv"));
     std::map<std::int64_t, double> whole_psnr_db;
     for (const DecodedPicture& picture : synthetic::read_all(reader))
         if (picture.role == TrackRole::main)
             whole_psnr_db[picture.info->index] =
                 synthetic::psnr_db(picture.rgb, synthetic::picture(512, 256, picture.info->index));
-    for (const std::string& file : {path("a.mkv"), path("a.mp4")}) {
-        const Ran ran = run(words + file + "' --tiles 8x4");
+    for (const auto& [depth, file] :
+         {std::pair("w10", path("a.mkv")), {"w10", path("a.mp4")}, {"w12", path("b.mp4")}}) {  // w12 is H.265
+        const Ran ran = run(words + depth + " --out '" + file + "' --tiles 8x4");
         ASSERT_EQ(ran.status, 0) << ran.errors;
         std::map<std::string, std::vector<int>> tracks;
         const auto report = nlohmann::json::parse(ran.output);
@@ -182,6 +183,31 @@ TEST_F(Programs, TilesShowWhatTheWholeSphereDoes) {
         run("encode '" + path("r") + "' --preset ultrafast --tiles 2x1 --base 256 --out '" + path("b.mkv") + "'");
     EXPECT_NE(text.output.find("2 tiles of 256x256"), std::string::npos) << text.output << text.errors;
     EXPECT_EQ(StreamReader(path("b.mkv")).tracks().front().width, 256);
+}
+
+/// H.264 beside H.265, which reorder by other numbers of pictures.
+TEST_F(Programs, PicturesOfBothCodecsComeAtTheSameTimes) {
+    render("r/centre", 128, 64, 0, 7);
+    for (std::int64_t index = 0; index <= 7; ++index) {
+        Frame frame = read_exr(folder / "r/centre" / frame_file_name(index));
+        frame.planes["depth"] = FloatImage(128, 64, 1, 2.0f);
+        write_exr(folder / "r/centre" / frame_file_name(index), frame);
+    }
+    for (const std::string preset : {"ultrafast", "medium", "veryslow"})
+        for (const int gop : {1, 2, 3, 30})
+            for (const std::string container : {".mp4", ".mkv"}) {
+                const std::string file = path("a" + container);
+                const std::string words = " --depth w12 --preset " + preset + " --gop " + std::to_string(gop);
+                ASSERT_EQ(run("encode '" + path("r") + "' --out '" + file + "'" + words).status, 0);
+                StreamReader reader(file);
+                std::map<int, std::vector<std::int64_t>> shown;
+                while (const auto picture = reader.next())
+                    shown[int(picture->role)].push_back(picture->info->index);
+                EXPECT_EQ(shown.size(), 2u);
+                for (const auto& track : reader.tracks())
+                    EXPECT_NEAR(track.frames_per_second, 30, 0.01) << file << words << ", " << track_name(track.role);
+                EXPECT_EQ(reader.truncation(), "");
+            }
 }
 
 TEST_F(Programs, EncodeReportsBesideTheStreamItWritesToStandardOutput) {
