@@ -81,8 +81,10 @@ export class Head {
             return true;
         }
         if (globalThis.DeviceOrientationEvent?.requestPermission)
-            if (await DeviceOrientationEvent.requestPermission() !== "granted")
+            if (await DeviceOrientationEvent.requestPermission().catch(() => "no") !== "granted")
                 return false;
+        if (this.turned)  // asked for twice
+            return true;
         this.turned = event => {
             if (event.alpha === null || event.beta === null || event.gamma === null)
                 return;

@@ -316,6 +316,10 @@ std::optional<glm::dmat4> ForeignExr::world_to_ndc() const {
     return state_->matrix("worldToNDC");
 }
 
+bool ForeignExr::is_our_own() const {
+    return state_->header().find("equistream:version") != state_->header().end();
+}
+
 bool ForeignExr::says_ods() const {
     const auto* camera = state_->header().findTypedAttribute<Imf::StringAttribute>("equistream:camera");
     return camera != nullptr && camera->value() == "ods";

@@ -51,6 +51,8 @@ public:
     /// Element [i][j] is the file's row i, column j.
     std::optional<glm::dmat4> world_to_camera() const;
     std::optional<glm::dmat4> world_to_ndc() const;
+    /// Whether it is a frame of ours, or was before some program changed it.
+    bool is_our_own() const;
     /// Whether it is a frame of ours by omnidirectional stereo.
     bool says_ods() const;
     std::string software() const;  ///< what wrote the file, if it says; printable

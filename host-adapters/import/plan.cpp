@@ -123,6 +123,9 @@ private:
         } catch (const InputError&) {
             return;
         }
+        if (settings_.density == 0 && (own_->patches || own_->window_columns > 0))
+            throw InputError(expected_found(file().file().string(), "whole pictures (or --window X,Y and --density)",
+                                            own_->patches ? "an atlas of patches" : "a window"));
         const auto take = [&](const char* option, auto FrameInfo::*member) {
             if (!settings_.told.contains(option))
                 plan_.shared.*member = *own_.*member;
@@ -140,14 +143,21 @@ private:
 
     void choose_camera() {
         const int width = file().width(), height = file().height();
-        const auto of_file = fov_of_attributes(file(), plan_.conventions);
+        // Of our own frames, unless an option says something else.
+        const bool says_itself = own_ && settings_.camera == "auto" && !settings_.fov_x_rad;
+        const auto* own_view = says_itself ? std::get_if<PerspectiveCamera>(&own_->camera) : nullptr;
+        const auto* own_sphere = says_itself ? std::get_if<EquirectCamera>(&own_->camera) : nullptr;
+        const auto of_file = own_view != nullptr ? own_view->fov_x_rad : fov_of_attributes(file(), plan_.conventions);
         const std::optional<double> fov_rad = settings_.fov_x_rad ? settings_.fov_x_rad : of_file;
         const std::string why_view = settings_.fov_x_rad ? "--fov" : "attributes worldToCamera and worldToNDC";
+        const LongitudeLatitudeRange range =
+            own_sphere != nullptr && settings_.range.is_full_sphere() ? own_sphere->range : settings_.range;
         std::string why = "--camera";
         plan_.ods = settings_.camera == "ods" || (settings_.camera == "auto" && file().says_ods());
         bool sphere = settings_.camera == "equirect" || plan_.ods;
-        if (settings_.camera == "auto" && plan_.ods) {
+        if (says_itself || (settings_.camera == "auto" && plan_.ods)) {
             why = "attribute equistream:camera";
+            sphere = own_view == nullptr;
         } else if (settings_.camera == "auto") {
             sphere = width == 2 * height && !fov_rad;
             why = sphere ? "twice as wide as high" : why_view;
@@ -169,12 +179,12 @@ private:
         if (sphere && settings_.fov_x_rad)
             throw InputError(expected_found("--fov", "a perspective view (--camera perspective)", "a sphere"));
         if (sphere)
-            plan_.camera = EquirectCamera{width, height, settings_.range};
+            plan_.camera = EquirectCamera{width, height, range};
         else
             plan_.camera = PerspectiveCamera{width, height, *fov_rad};
-        std::string text = !sphere ? formatted("perspective, %g degrees", *fov_rad * 180 / pi)
-                           : settings_.range.is_full_sphere() ? "equirect, the full sphere"
-                                                              : "equirect, a part";
+        std::string text = !sphere                  ? formatted("perspective, %g degrees", *fov_rad * 180 / pi)
+                           : range.is_full_sphere() ? "equirect, the full sphere"
+                                                    : "equirect, a part";
         if (sphere)
             text += looking_text();
         if (plan_.ods)

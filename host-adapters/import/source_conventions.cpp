@@ -136,7 +136,7 @@ std::string guess_preset(const ForeignExr& file) {
     const auto has = [&](std::string_view plain) {
         return std::ranges::any_of(file.channels(), [&](const ForeignChannel& c) { return c.plain == plain; });
     };
-    if (has("depth.Z") && (has("backward.u") || has("object_id")))
+    if (file.is_our_own() || (has("depth.Z") && (has("backward.u") || has("object_id"))))
         return "equistream";
     if (software.find("Blender") != std::string::npos || has("ViewLayer.Combined.R") || has("RenderLayer.Combined.R"))
         return "cycles";

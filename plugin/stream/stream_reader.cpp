@@ -129,6 +129,8 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
             tracks.back()->held = av::make_packet();
         else
             tracks.back()->decoder.join_anywhere();
+        if (options.read)
+            tracks.back()->decoder.forgive_gaps();
     }
     if (tracks.empty() && !format.problem().empty())
         throw WorkError(source + ": " + format.problem());

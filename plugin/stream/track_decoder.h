@@ -24,10 +24,10 @@ struct TrackTally {
     bool left_out = false;  ///< not wanted
     bool jumped = false;    ///< not all before the last picture was asked for
     bool partial = false;   ///< comes while it is looked at
-    bool live = false;      ///< a server leaves out what its viewer has no time for
+    bool served = false;    ///< by a server, which leaves out what its viewer has no time for
 
     bool whole() const {
-        return left_out || partial || (ours && count > 0 && expected >= count && (missing == 0 || live));
+        return left_out || partial || (ours && count > 0 && expected >= count && (missing == 0 || served));
     }
 };
 
@@ -64,8 +64,10 @@ public:
     const TrackTally& tally() const { return tally_; }
     const StreamTrackSummary& summary() const { return summary_; }
     void count_damaged_packet() { ++tally_.unreadable; }
-    /// Joined in the middle (live): what was before the first picture is not missing, nor what is left out later.
-    void join_anywhere() { joined_anywhere_ = tally_.live = true; }
+    /// Joined in the middle (live): what was before the first picture is not missing.
+    void join_anywhere() { joined_anywhere_ = true; }
+    /// A server of ours sends it.
+    void forgive_gaps() { tally_.served = true; }
     /// Its pictures carry frame data with their key frames alone. If it comes and goes, as eyes turn, none is missing.
     void be_tile(bool comes_and_goes) {
         is_tile_ = true;

@@ -10,34 +10,39 @@ namespace equistream::cli {
 
 namespace {
 
-constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf", blanks = " \t";
 
 bool is_quote(char c) {
     return c == '"' || c == '\'';
 }
 
-/// Where a remark begins, or the end. Nothing where a quote does not end.
-std::size_t end_of_value(const std::string& text, bool& is_whole) {
-    char quote = 0;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const bool begins =
-            i == 0 || text[i - 1] == ' ' || text[i - 1] == '\t' || text[i - 1] == '[' || text[i - 1] == ',';
-        if (quote != 0)
-            quote = text[i] == quote ? 0 : quote;
-        else if (is_quote(text[i]) && begins)  // else an apostrophe
-            quote = text[i];
-        else if ((text[i] == '#' || text[i] == ';') && begins)
-            return i;
-    }
-    is_whole = quote == 0;
-    return text.size();
+/// Up to a # at the beginning or after a blank.
+std::string_view without_remark(std::string_view text) {
+    for (std::size_t i = 0; i < text.size(); ++i)
+        if (text[i] == '#' && (i == 0 || blanks.find(text[i - 1]) != blanks.npos))
+            return trimmed(text.substr(0, i));
+    return text;
 }
 
-std::string quoted_if_needed(const std::string& value) {
-    if (value.empty() || is_quote(value.front()) || value.front() == '[' || value.find_first_of(" \t,#") == value.npos)
-        return value;
-    const char quote = value.find('"') == value.npos ? '"' : '\'';
-    return quote + value + quote;
+/// Of one line, without brackets: what CLI11 takes for one value. Empty `problem`: nothing is wrong.
+std::string one_value(std::string_view value, std::string& problem) {
+    if (!value.empty() && is_quote(value.front())) {
+        const std::size_t end = value.find(value.front(), 1);
+        if (end == value.npos)
+            problem = "a quote at the value's end";
+        else if (!without_remark(trimmed(value.substr(end + 1))).empty())
+            problem = "one value in quotes";
+        else
+            return std::string(value.substr(0, end + 1));
+        return {};
+    }
+    const std::string bare(without_remark(value));
+    if (bare.find_first_of(" \t,#") == bare.npos)
+        return bare;
+    const char quote = bare.find('"') == bare.npos ? '"' : '\'';
+    if (bare.find(quote) != bare.npos)
+        problem = "a value with one kind of quotes within";
+    return quote + bare + quote;
 }
 
 }  // namespace
@@ -45,21 +50,24 @@ std::string quoted_if_needed(const std::string& value) {
 std::string settings_for_reader(const std::string& text, const std::string& file) {
     std::istringstream lines(text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text);
     std::string line, result;
+    bool in_list = false;  // of several lines, which CLI11 puts together
     for (int number = 1; std::getline(lines, line); ++number) {
-        const std::string bare(trimmed(line));
-        const std::size_t equals = line.find('=');
-        if (bare.empty() || bare.front() == '[' || equals == line.npos || bare.front() == '#' || bare.front() == ';') {
-            result += bare + '\n';
-            continue;
+        const std::string_view bare = trimmed(line);
+        const std::size_t equals = bare.find('=');
+        const std::string_view value = equals == bare.npos ? "" : trimmed(bare.substr(equals + 1));
+        if (in_list || value.starts_with('[')) {
+            result += std::string(bare) + '\n';
+            in_list = bare.find(']') == bare.npos;
+        } else if (bare.empty() || bare.front() == '#' || bare.front() == ';' || bare.front() == '[' ||
+                   equals == bare.npos) {
+            result += std::string(without_remark(bare)) + '\n';
+        } else {
+            std::string problem;
+            result += std::string(bare.substr(0, equals)) + "= " + one_value(value, problem) + '\n';
+            if (!problem.empty())
+                throw InputError(
+                    expected_found(file + ":" + std::to_string(number), problem, "'" + std::string(value) + "'"));
         }
-        const std::string value(trimmed(std::string_view(line).substr(equals + 1)));
-        bool is_whole = true;
-        const std::size_t end = end_of_value(value, is_whole);
-        if (!is_whole)
-            throw InputError(
-                expected_found(file + ":" + std::to_string(number), "a quote at the value's end", "'" + value + "'"));
-        result += line.substr(0, equals + 1) + ' ' +
-                  quoted_if_needed(std::string(trimmed(std::string_view(value).substr(0, end)))) + '\n';
     }
     return result;
 }

@@ -4,8 +4,9 @@
 
 namespace equistream::cli {
 
-/// Lines stay lines. Values lose remarks (# or ; after a blank, outside quotes); those with blanks, commas or # get
-/// quotes. Lists in brackets stay. Throws InputError with `file` and the line for a quote that does not end.
+/// Lines stay lines. They lose remarks: a # at the beginning or after a blank, outside quotes. Values with blanks,
+/// commas or # get quotes. Lists in brackets stay. Throws InputError with `file` and the line for values whose quotes
+/// do not end, or are of both kinds within.
 std::string settings_for_reader(const std::string& text, const std::string& file);
 
 }  // namespace equistream::cli

@@ -74,9 +74,11 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     std::int64_t there = first;  // up to which none is missing
     for (const std::int64_t index : frames)
         there += index == there ? 1 : 0;
-    cli::require(there == last + 1, source.folder.string(),
-                 "frames " + std::to_string(first) + "-" + std::to_string(last),
-                 "no " + frame_file_name(there) + " (render it, or choose --frames)");
+    cli::require(!a.frames || there == last + 1, source.folder.string(),
+                 "frames " + std::to_string(first) + "-" + std::to_string(last), "no " + frame_file_name(there));
+    if (there != last + 1)
+        std::fprintf(stderr, "equistream export: note: %s lacks frames between others, from %lld on\n",
+                     source.folder.string().c_str(), static_cast<long long>(there));
     for (const std::int64_t index : frames) {
         const fs::path file = a.out / frame_file_name(index);
         cli::require(a.overwrite || !fs::exists(file), file.string(), "no such file, or --overwrite", "one");

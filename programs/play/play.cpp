@@ -207,7 +207,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .offers(play::layout_names);
     app.add_option("--anaglyph", arguments->anaglyph, "Colours for red and cyan glasses (default: dubois)")
         .offers(anaglyphs());
-    cli::add_with_default(app, "--format", arguments->format, "Of the pictures; exr: linear, scene-referred")
+    cli::add_with_default(app, "--format", arguments->format,
+                          "Of the pictures; exr: linear, scene-referred, up to white")
         .offers(play::format_names);
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");
     cli::add_with_default(app, "--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame");

@@ -95,6 +95,7 @@ public:
         report_.truncation = feed_->truncation();
         note_head_box();
         note_missing();
+        note_hdr();
         note_patches();
         note_window();
         write_report();
@@ -126,7 +127,16 @@ private:
         std::int64_t bytes = 0;
         for (const FeedTrack& track : feed_->tracks())
             bytes += track.bytes;
+        count_missing(frame->main.info.index);
         return Incoming{std::move(*frame), bytes - std::exchange(read_bytes_, bytes)};
+    }
+
+    void count_missing(std::int64_t index) {
+        if (last_ && index > *last_ + 1) {
+            missing_ += index - *last_ - 1;
+            first_missing_ = first_missing_.value_or(*last_ + 1);
+        }
+        last_ = index;
     }
 
     /// Where it cannot be read, the first is played before that is told.
@@ -152,11 +162,6 @@ private:
         PlayedFrame played;
         while (std::optional<Incoming> incoming = next()) {
             const std::int64_t index = incoming->frame.main.info.index;
-            if (last_ && index > *last_ + 1) {
-                missing_ += index - *last_ - 1;
-                first_missing_ = first_missing_.value_or(*last_ + 1);
-            }
-            last_ = index;
             player_->rechoose(played, index, report_);
             player_->play(incoming->frame, played);
             write(played);
@@ -229,8 +234,14 @@ private:
 
     void note_missing() {
         if (missing_ > 0)
-            report_.notes.push_back(std::to_string(missing_) + " frames between others are not in " +
-                                    report_.settings.source + ", the first of them " + std::to_string(*first_missing_));
+            report_.notes.push_back(report_.settings.source + " lacks frames between others: " +
+                                    std::to_string(missing_) + ", from " + std::to_string(*first_missing_) + " on");
+    }
+
+    void note_hdr() {
+        if (report_.settings.format == Format::exr && std::ranges::count(feed_->transfers(), "smpte2084") > 0)
+            report_.notes.push_back("EXR views hold light up to white, and " + report_.settings.source +
+                                    " has more: PNG views show it (--view-transform)");
     }
 
     void note_patches() {

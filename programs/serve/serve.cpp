@@ -277,7 +277,7 @@ void run_live(const Options& options) {
             say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, web));
         });
     if (!settings.coding.out.empty() && figures.spheres == 0)
-        log_note(settings.server.log, "nobody watched: " + settings.coding.out + " was not written");
+        log_note(settings.server.log, "no sphere was rendered: " + settings.coding.out + " was not written");
     report(options, figures);
 }
 

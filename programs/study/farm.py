@@ -79,8 +79,8 @@ def plan_before(folder):
     try:
         plan = read_plan(folder)
         return {"job": plan["job"], "minutes": plan.get("minutes"), "measured": dict(plan["measured"])}
-    except DAMAGED as error:
-        raise Failed(damage_told(folder, error)) from None
+    except DAMAGED:
+        return {}  # it is planned anew
 
 
 def write_farm(options):

@@ -24,7 +24,7 @@ def without_remark(value):
     """Nor quotes; as the other commands read it (programs/cli/settings_text.h)."""
     if value[:1] in ('"', "'") and (end := value.find(value[0], 1)) > 0:
         return value[1:end]
-    return re.split(r"(?:^|\s)[#;]", value)[0].strip()
+    return re.split(r"(?:^|\s)#", value)[0].strip()
 
 
 def words_of(parser, file, section):
@@ -37,8 +37,11 @@ def words_of(parser, file, section):
     words, here = [], section
     for number, line in enumerate(lines, start=1):
         line = line.strip()
-        if line.startswith("[") and line.endswith("]"):
-            here = line[1:-1].strip()
+        bare = without_remark(line)
+        if line.startswith("["):
+            if not bare.endswith("]"):
+                parser.error(f"argument --settings: {file}:{number}: expected a section such as [{section}], found '{line}'")
+            here = bare[1:-1].strip()
         elif line and line[0] not in "#;" and here == section:
             key, equals, value = (part.strip() for part in line.partition("="))
             value = without_remark(value)

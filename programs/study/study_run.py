@@ -108,7 +108,8 @@ class Study:
         with contextlib.redirect_stdout(sys.stderr) if self.options.json else contextlib.nullcontext():
             self.do()
         if self.options.json:
-            print(json.dumps({"preset": self.preset.name, "results": [str(file) for file in self.results], "seconds": round(time.monotonic() - began, 1),
+            files = self.results or [file for experiment in self.experiments for file in sorted((self.options.out / experiment).glob("*.json"))]
+            print(json.dumps({"preset": self.preset.name, "results": [str(file) for file in files], "seconds": round(time.monotonic() - began, 1),
                               **provenance(self.options.bin, REPOSITORY)}, indent=1))
 
     def do(self):

@@ -110,13 +110,16 @@ private:
             !(surface == tinygltf::PbrMetallicRoughness()))
             return surface;
         surface.metallicFactor = 0;
-        surface.roughnessFactor =
-            1 - extension_number(from, "KHR_materials_pbrSpecularGlossiness", "glossinessFactor", 1);
+        surface.roughnessFactor = std::clamp(
+            1 - extension_number(from, "KHR_materials_pbrSpecularGlossiness", "glossinessFactor", 1), 0.0, 1.0);
         if (const tinygltf::Value& texture = found->second.Get("diffuseTexture");
             texture.Has("index") && texture.Get("index").IsInt()) {
             surface.baseColorTexture.index = texture.Get("index").GetNumberAsInt();
             if (texture.Has("texCoord") && texture.Get("texCoord").IsInt())
                 surface.baseColorTexture.texCoord = texture.Get("texCoord").GetNumberAsInt();
+            constexpr const char* transform = "KHR_texture_transform";
+            if (const tinygltf::Value& own = texture.Get("extensions"); own.IsObject() && own.Has(transform))
+                surface.baseColorTexture.extensions[transform] = own.Get(transform);
         }
         if (const tinygltf::Value& colour = found->second.Get("diffuseFactor");
             colour.IsArray() && colour.ArrayLen() == 4)

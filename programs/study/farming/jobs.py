@@ -123,6 +123,11 @@ def divided(render, measured, options):
     return min(count, options.chunk or max(1, int(60 * options.minutes / max(measured["frame_s"], 1e-3)))), 1
 
 
+def asked_for(render):
+    """What the time of a frame hangs on, but for the scene's own contents."""
+    return [render[key] for key in ("width", "height", "spp", "threads", "first_frame", "last_frame")]
+
+
 def render_steps(name, line, options, program, after, measured_before):
     """The render, what puts its frames together, and what was measured: where it was before, it stays, and so do the tasks."""
     render = asked_of(program, [*without(line, DROPPED), "--dry-run", "--json"])
@@ -130,10 +135,10 @@ def render_steps(name, line, options, program, after, measured_before):
         raise Failed(f"--settings: expected a render that goes on where it was, found {', '.join(set_elsewhere)}, which a farm's tasks cannot have")
     if options.frame_seconds is not None:
         measured = {"frame_s": options.frame_seconds, "start_s": 0.0, "bytes": None}
-    elif measured_before and measured_before["bytes"]:
+    elif measured_before and measured_before.get("of") == asked_for(render):
         measured = measured_before
     else:
-        measured = measured_frame(program, line, render, options.out.resolve(), Progress("farm", options.progress))
+        measured = {"of": asked_for(render)} | measured_frame(program, line, render, options.out.resolve(), Progress("farm", options.progress))
     chunk, parts = divided(render, measured, options)
     first, last = render["first_frame"], render["last_frame"]
     tasks = parts if parts > 1 else math.ceil((last - first + 1) / chunk)

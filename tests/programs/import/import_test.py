@@ -167,6 +167,20 @@ class Import(unittest.TestCase):
         self.assertEqual(json.loads((self.work / "told/centre/manifest.json").read_text())["exposure"], 3)
         self.assertNotEqual(manifest["exposure"], 3)
 
+    def test_frames_of_our_own_say_which_camera_they_have(self):
+        scene = self.root / "scene" / "motion.json"
+        for name, words in (("flat", ["--camera", "perspective", "--fov", 70, "--size", "128x64"]), ("half", ["--range", "180,90", "--size", "128x64"])):
+            PROGRAMS.run("render", scene, "--frames", 0, "--spp", 1, "--aovs", "depth", *words, "--out", self.work / name)
+            told = run("import", self.work / name / "centre", "--out", self.work / f"{name}-out")
+            self.assertEqual(told.returncode, 0, told.stderr)
+            one, other = (json.loads((self.work / each / "centre/manifest.json").read_text())["camera"] for each in (name, f"{name}-out"))
+            self.assertEqual(other, one)
+            self.assert_same_pose(self.work / name / "centre/frame.0000.exr", self.work / f"{name}-out" / "centre/frame.0000.exr")
+        PROGRAMS.run("render", scene, "--frames", 0, "--spp", 1, "--aovs", "depth", "--size", "128x64", "--window", "0,0,60x60", "--density", 512, "--out", self.work / "dense")
+        refused = run("import", self.work / "dense" / "window", "--out", self.work / "dense-out")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("expected whole pictures (or --window X,Y and --density), found a window", refused.stderr)
+
     def test_a_path_has_to_have_the_frames(self):
         for number in (1001, 1002):
             write(self.work / f"shot.{number}.exr", self.cycles_channels(read_frame(self.sphere[0])))

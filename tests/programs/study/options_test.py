@@ -48,9 +48,11 @@ class Settings(unittest.TestCase):
         self.assertFalse(self.parsed("again = false\n").again)
 
     def test_remarks_and_quotes_are_no_part_of_values(self):
-        for value, expected in (('"small" # both', "small"), ("small ; note", "small"), ("'small'", "small"), ("small#1", "small#1"), ('"take #2"', "take #2"), ("# none", "")):
+        for value, expected in (('"small" # both', "small"), ("small ; note", "small ; note"), ("'small'", "small"), ("small#1", "small#1"), ('"take #2"', "take #2"), ("# none", "")):
             self.assertEqual(options.without_remark(value), expected)
         self.assertEqual(self.parsed("\ufeffpreset = small # ours\n").preset, "small")
+        self.assertEqual(self.parsed("[render]\nspp = 4\n[study] # ours\npreset = small\n").preset, "small")
+        self.assertIn("a.ini:1: expected a section such as [study], found '[study'", self.refused("[study\n"))
 
     def test_what_is_not_known_is_refused_with_its_line(self):
         self.assertRegex(self.refused("\nspp = 4\n"), r"a\.ini:2: expected option = value with an option of equistream study, found 'spp = 4'")

@@ -181,19 +181,46 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
 
 TEST(SettingsText, IsMadeOneThatIsReadAsItIsMeant) {
     const auto read = [](const std::string& text) { return settings_for_reader(text, "a.ini"); };
-    EXPECT_EQ(read("\xef\xbb\xbfsize = 64x64 # note\n  fov=80 ; note\n# all of it\n\n[play]\n"),
-              "size = 64x64\n  fov= 80\n# all of it\n\n[play]\n");
-    EXPECT_EQ(read("out = \"take #2/eyes\" # where\n"), "out = \"take #2/eyes\"\n");
-    EXPECT_EQ(read("out = 'take #2'\n"), "out = 'take #2'\n");
-    EXPECT_EQ(read("out = play#1\n"), "out = \"play#1\"\n");
-    EXPECT_EQ(read("fill = hidden,base\nout = with space.mkv\nout = it's \"so\"\n"),
-              "fill = \"hidden,base\"\nout = \"with space.mkv\"\nout = 'it's \"so\"'\n");
-    EXPECT_EQ(read("list = [1, 2] # two\nempty =\nflag\n"), "list = [1, 2]\nempty = \nflag\n");
-    try {
-        read("a = 1\nout = \"open\n");
-        ADD_FAILURE() << "a quote that does not end";
-    } catch (const InputError& error) {
-        EXPECT_STREQ(error.what(), "a.ini:2: expected a quote at the value's end, found '\"open'");
+    EXPECT_EQ(read("\xef\xbb\xbfsize = 64x64 # note\r\n  fov=80\n# all of it\n\n[play] # mine\nflag # on\n"),
+              "size = 64x64\nfov= 80\n\n\n[play]\nflag\n");
+    EXPECT_EQ(read("out = \"take #2/eyes\" # where\nout = 'take #2'\n"), "out = \"take #2/eyes\"\nout = 'take #2'\n");
+    EXPECT_EQ(read("out = play#1\nout = views,#2\nout = rock ; roll\n"),
+              "out = \"play#1\"\nout = \"views,#2\"\nout = \"rock ; roll\"\n");
+    EXPECT_EQ(read("fill = hidden,base\nout = with space.mkv\nout = say \"so\"\nout = it's\n"),
+              "fill = \"hidden,base\"\nout = \"with space.mkv\"\nout = 'say \"so\"'\nout = it's\n");
+    EXPECT_EQ(read("list = [1, 2]\nlist = [\"a=1\",\n\"b=2\"]\nempty =\n"),
+              "list = [1, 2]\nlist = [\"a=1\",\n\"b=2\"]\nempty = \n");
+    for (const std::string value : {"\"open", "it's \"so\"", "\"a\", \"b\""}) {
+        try {
+            read("a = 1\nout = " + value + "\n");
+            ADD_FAILURE() << value;
+        } catch (const InputError& error) {
+            EXPECT_EQ(std::string(error.what()).find("a.ini:2: expected "), 0u) << error.what();
+        }
+    }
+}
+
+/// What the reader behind it makes of such values.
+TEST(SettingsText, ValuesAreWhatTheyLookLike) {
+    for (const auto& [line, expected] : {std::pair<std::string, std::string>{"views,#2", "views,#2"},
+                                         {"take #2 # a remark", "take"},
+                                         {"\"take #2, again\"", "take #2, again"},
+                                         {"say \"so\"", "say \"so\""},
+                                         {"it's", "it's"},
+                                         {"a b,c", "a b,c"}}) {
+        const std::string file = testing::TempDir() + "values.ini";
+        std::ofstream(file) << "text = " << line << "\n";
+        std::string found;
+        const std::vector<std::string> words = {"p", "--settings", file};
+        std::vector<char*> argv;
+        for (const std::string& word : words)
+            argv.push_back(const_cast<char*>(word.c_str()));
+        const int status = run_program(int(argv.size()), argv.data(), {"test", "", ""}, [&](CommandLine& app) {
+            app.add_option("--text", found, "");
+            return [] {};
+        });
+        EXPECT_EQ(status, exit_done) << line;
+        EXPECT_EQ(found, expected) << line;
     }
 }
 
