@@ -93,9 +93,17 @@ struct Sampling {
     std::uint32_t samples_per_pixel = 0;
 };
 
+}  // namespace
+
+fs::path report_of_views(const fs::path& view) {
+    return fs::absolute(view).parent_path().parent_path() / "report.json";
+}
+
+namespace {
+
 /// What `play` wrote of its source; nothing where it did not, or where the file is somebody else's.
 std::optional<Sampling> sampling_of_views(const fs::path& view) {
-    std::ifstream file(fs::absolute(view).parent_path().parent_path() / "report.json");
+    std::ifstream file(report_of_views(view));
     const auto report = nlohmann::json::parse(file, nullptr, false);
     const nlohmann::json::json_pointer seed("/source/seed"), samples("/source/samples_per_pixel");
     for (const auto& number : {seed, samples})

@@ -21,6 +21,7 @@
 #include <equistream/image.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <vector>
 
 namespace equistream {
@@ -73,6 +74,9 @@ UnbiasedError unbiased_error(const ProductBlocks& blocks);
 
 // Whether a product is without bias: only where the noise of one picture does not know that of the other. Both throw
 // InputError in one line that begins with `option`.
+
+/// Where `play` leaves its report of these views.
+std::filesystem::path report_of_views(const std::filesystem::path& view);
 
 struct NoisePair {
     const ScoredPicture &first, &second;

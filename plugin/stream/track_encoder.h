@@ -11,7 +11,7 @@
 
 namespace equistream {
 
-/// Pictures by which libx264 and libx265 decode earlier than they show, at most, by any preset.
+/// Pictures by which libx264 and libx265 decode earlier than they show, at most.
 inline constexpr std::int64_t longest_reordering = 2;
 
 class TrackEncoder {

@@ -1,5 +1,6 @@
 /// `equistream compare`: scores pictures against the truth.
 #include <client/compare/comparison_report.h>
+#include <client/compare/unbiased_error.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
@@ -89,11 +90,6 @@ bool is_linear(const PicturePair& pair) {
                                [](const std::filesystem::path* file) { return file->extension() == ".exr"; });
 }
 
-/// What `play` says of views, which tells whether their noise is independent. Of none: none.
-std::filesystem::path report_beside(const std::filesystem::path& view) {
-    return view.empty() ? view : std::filesystem::absolute(view).parent_path().parent_path() / "report.json";
-}
-
 /// PNG is what a display was sent: no exposure and no view make it another.
 void require_use_of_display(const cli::CommandLine& app, const std::vector<EyePairs>& eyes) {
     const bool any_linear =
@@ -123,7 +119,8 @@ void compare(Arguments& arguments, const cli::CommandLine& app) {
             for (const PicturePair& pair : eye.pairs)
                 for (const std::filesystem::path& read :
                      {pair.picture, pair.truth, pair.second_picture, pair.second_truth, pair.gaps})
-                    cli::require_not_read("--out", arguments.out, {read, report_beside(read)});
+                    if (!read.empty())
+                        cli::require_not_read("--out", arguments.out, {read, report_of_views(read)});
     require_use_of_display(app, eyes);
     std::size_t pictures = 0;
     for (const EyePairs& eye : eyes)

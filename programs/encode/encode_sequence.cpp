@@ -47,7 +47,7 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     return settings;
 }
 
-/// They say how depth is coded. That of a hidden layer or of mirrors counts as well.
+/// Options of how depth is coded want some, if only a hidden layer's or that of mirrors.
 void require_depth_for_its_options(const DepthRequest& request, const DepthPlan& plan) {
     const std::string option = request.crf              ? "--depth-crf"
                                : request.share          ? "--depth-share"

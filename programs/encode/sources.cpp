@@ -1,5 +1,7 @@
 #include "sources.h"
 
+#include <programs/cli/frame_runs.h>
+
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
 #include <equistream/sequence.h>
@@ -66,10 +68,7 @@ std::vector<std::int64_t> chosen_frames(const fs::path& folder, const std::optio
     for (const std::int64_t index : present)
         if (index >= first && index <= last)
             frames.push_back(index);
-    std::int64_t expected = first;
-    for (const std::int64_t index : frames)
-        if (index == expected)
-            ++expected;
+    const std::int64_t expected = cli::first_missing(frames, first);
     cli::require(expected == last + 1, folder.string(), "frames " + std::to_string(first) + "-" + std::to_string(last),
                  "no " + frame_file_name(expected) + " (render it, or choose --frames)");
     return frames;

@@ -6,6 +6,7 @@
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
+#include <programs/cli/frame_runs.h>
 #include <programs/cli/paths.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
@@ -71,14 +72,12 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     cli::require(!frames.empty(), "--frames", "frames that " + source.folder.string() + " has", "none of these");
     const std::int64_t first = a.frames ? a.frames->first : frames.front();
     const std::int64_t last = a.frames ? a.frames->last : frames.back();
-    std::int64_t there = first;  // up to which none is missing
-    for (const std::int64_t index : frames)
-        there += index == there ? 1 : 0;
-    cli::require(!a.frames || there == last + 1, source.folder.string(),
-                 "frames " + std::to_string(first) + "-" + std::to_string(last), "no " + frame_file_name(there));
-    if (there != last + 1)
+    const std::int64_t missing = cli::first_missing(frames, first);
+    cli::require(!a.frames || missing > last, source.folder.string(),
+                 "frames " + std::to_string(first) + "-" + std::to_string(last), "no " + frame_file_name(missing));
+    if (missing <= last)
         std::fprintf(stderr, "equistream export: note: %s lacks frames between others, from %lld on\n",
-                     source.folder.string().c_str(), static_cast<long long>(there));
+                     source.folder.string().c_str(), static_cast<long long>(missing));
     for (const std::int64_t index : frames) {
         const fs::path file = a.out / frame_file_name(index);
         cli::require(a.overwrite || !fs::exists(file), file.string(), "no such file, or --overwrite", "one");

@@ -134,9 +134,8 @@ private:
         const double due_s = *last_sent_s_ + longest_silence_s;
         if (elapsed_s < due_s)
             return {.again_s = due_s};
-        std::ranges::copy(void_element, block.begin());
         last_sent_s_ = elapsed_s;
-        return {.bytes = void_element.size(), .due_s = elapsed_s};
+        return nothing(block, elapsed_s);
     }
 
     LiveStream& stream_;

@@ -7,6 +7,7 @@
 #include <equistream/send_times.h>
 #include <equistream/viewer_message.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -44,6 +45,10 @@ inline constexpr double longest_silence_s = 1;
 /// What it says where there is nothing: an element of Matroska without bytes, Void, that readers pass over. It may
 /// stand between any two clusters.
 inline constexpr std::array<char, 2> void_element = {char(0xec), char(0x80)};
+inline Portion nothing(std::span<char> block, double elapsed_s) {
+    std::ranges::copy(void_element, block.begin());
+    return {.bytes = void_element.size(), .due_s = elapsed_s};
+}
 
 /// What all viewers look at.
 class Programme {

@@ -126,9 +126,8 @@ private:
         const double silent_until_s = last_sent_s_ + longest_silence_s;
         if (elapsed_s < silent_until_s)
             return {.again_s = std::min(due_s, silent_until_s)};
-        std::ranges::copy(void_element, block.begin());
         last_sent_s_ = elapsed_s;
-        return {.bytes = void_element.size(), .due_s = elapsed_s};
+        return nothing(block, elapsed_s);
     }
 
     /// Until the viewer says where its head is, the recording's own.

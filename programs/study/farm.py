@@ -15,7 +15,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farming import jobs, openjd, slurm, task  # noqa: E402
 from farming.folder import DAMAGED, damage_told, read_plan, status, status_line, write_plan  # noqa: E402
-from options import Parser, add_common, parse  # noqa: E402
+from options import Parser, add_common, parse, typed_command  # noqa: E402
 from steps import REPOSITORY, Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 TASK = "task"
@@ -101,7 +101,7 @@ def report(plan, options):
     if options.json:
         steps = [{key: step[key] for key in ("name", "tasks", "seconds")} for step in plan["steps"]]
         print(json.dumps({"folder": str(options.out), "steps": steps, "measured": plan["measured"], "frames": plan["frames"],
-                          "command": shlex.join(["equistream", "farm", *sys.argv[3:]]), **provenance(options.bin, REPOSITORY)}, indent=1))
+                          "command": typed_command("farm"), **provenance(options.bin, REPOSITORY)}, indent=1))
         return
     out, last = shlex.quote(str(options.out)), plan["steps"][-1]["name"]
     print("\n".join([*jobs.told(plan), "", f"written: {out}",

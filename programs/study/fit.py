@@ -14,25 +14,18 @@ import json
 import math
 import pathlib
 import re
-import shlex
 import subprocess
 import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from options import Parser, Progress, add_common, parse  # noqa: E402
+from options import Parser, Progress, add_common, parse, typed_command  # noqa: E402
 from steps import REPOSITORY, Failed, expect_packages, provenance, run_as_program, write_whole  # noqa: E402
 
 FEWEST_PIXELS = 64
 AUTO = "auto"
 SLACK, INFO_FOV_DEG = 0.75, 90
 """Of the windows that `scene info` says (programs/scene/summary.cpp)."""
-
-
-def words_without_bin(words):
-    """As they were typed: the dispatcher says where programs are."""
-    at = words.index("--bin") if "--bin" in words else len(words)
-    return words[:at] + words[at + 2:]
 
 
 def in_range(low, high, kind=float):
@@ -172,7 +165,7 @@ def main():
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:
         chosen.geometry_file = keep_model(chosen, work, options.out)
-    command = shlex.join(["equistream", "fit", *words_without_bin(sys.argv[1:])])
+    command = typed_command("fit")
     remarks = [f"{command}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
     write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
     if options.json:

@@ -5,6 +5,7 @@ import difflib
 import json
 import pathlib
 import re
+import shlex
 import sys
 import threading
 import time
@@ -81,6 +82,13 @@ def parse(parser, section, words=None):
             near = difflib.get_close_matches(name, parser.options(), n=1, cutoff=0.75)
             parser.error(f"{name}: no such option" + (f"; did you mean {near[0]}?" if near else ""))
     return parser.parse_args((words_of(parser, named, section) if named else []) + words)
+
+
+def typed_command(name):
+    """The whole command line. Where programs are is not typed: the dispatcher says it."""
+    words = sys.argv[1:]
+    at = words.index("--bin") if "--bin" in words else len(words)
+    return shlex.join(["equistream", name, *words[:at], *words[at + 2:]])
 
 
 def minutes_text(seconds):

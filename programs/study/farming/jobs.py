@@ -147,7 +147,7 @@ def render_steps(name, line, options, program, after, measured_before):
     shared = {"says_threads": render["threads"] > 0, "tasks": tasks, "first": first, "last": last, "chunk": chunk, "out": render["out"], "seconds": seconds, "processors": processors}
     if parts > 1:
         words = without(line, {**DROPPED, "--frames": 1})
-        whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors)
+        whole = step(f"{name}-whole", "run", after=[name], words=[*words, "--frames", f"{first}-{last}", "--part", f"all/{parts}"], processors=processors, says_threads=render["threads"] > 0)
         return [step(name, "parts", after=after, words=words, **shared), whole], measured, last - first + 1
     gathered = step(f"{name}-whole", "gather", after=[name], of=name, first=first, last=last, out=render["out"], command=f"equistream {shlex.join(line)}")
     return [step(name, "frames", after=after, words=without(line, {**DROPPED, **PLACED}), **shared), gathered], measured, last - first + 1

@@ -70,8 +70,7 @@ def tell(line, report):
 def processors_of(step):
     """Threads of a render: as many as Slurm gives the task, where the job does not say."""
     given = os.environ.get("SLURM_CPUS_PER_TASK")
-    says = step.get("says_threads") or any(word.startswith("--threads") for word in step["words"])
-    return ["--threads", given] if given and step["words"][0] == "render" and not says else []
+    return ["--threads", given] if given and step["words"][0] == "render" and not step["says_threads"] else []
 
 
 def words_of(step, number, folder):

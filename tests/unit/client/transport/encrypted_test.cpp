@@ -315,6 +315,23 @@ TEST_P(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
     EXPECT_FALSE(agreed.get());
 }
 
+/// Who is full closes before anything is agreed on.
+TEST(TlsConnections, AServerThatHangsUpMayHaveNoRoom) {
+    asio::io_context io;
+    asio::ip::tcp::acceptor acceptor(io, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+    std::thread closing([&] { acceptor.accept().close(); });
+    const std::string address = "tls://" + secret + "@127.0.0.1:" + std::to_string(acceptor.local_endpoint().port());
+    try {
+        ServerConnection(address, nullptr, {});
+        ADD_FAILURE() << "nobody is there";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("expected a server that has room for another viewer"),
+                  std::string::npos)
+            << error.what();
+    }
+    closing.join();
+}
+
 TEST(TlsConnections, APlainServerIsRefused) {
     Answering server(nullptr, "all");
     EXPECT_NE(refusal(server, secret), "");

@@ -125,6 +125,26 @@ TEST_F(RenderProgram, TheHiddenLayerIsAStreamLikeOthers) {
                           "found --eye both\n");
 }
 
+/// A denoiser looks across the window's border: what was not traced there must not be black.
+TEST_F(RenderProgram, TheBasesGuidesGoOnUnderTheWindow) {
+    const std::string small = "--spp 2 --frames 2 --size 96x48 --aovs guides ";
+    ASSERT_EQ(run_line(command(small + out("plain"))).exit_code, 0);
+    ASSERT_EQ(run_line(command(small + "--window 165,5,90x90 --density 384 " + out("windowed"))).exit_code, 0);
+    const Frame plain = read_exr(folder_ / "plain/centre/frame.0002.exr");
+    const Frame base = read_exr(folder_ / "windowed/centre/frame.0002.exr");
+    for (const char* name : {"guide_albedo", "guide_normal"})
+        for (int y = 0; y < 48; ++y)
+            for (int x = 0; x < 96; ++x) {
+                const float *found = base.planes.at(name).pixel(x, y), *traced = plain.planes.at(name).pixel(x, y);
+                const bool is_covered = x >= 80 && y >= 16 && y < 32;  // the one tile within the window
+                if (is_covered) {
+                    ASSERT_NE(glm::vec3(found[0], found[1], found[2]), glm::vec3(0)) << name << ' ' << x << ", " << y;
+                }
+                for (int c = 0; c < 3 && !is_covered; ++c)
+                    ASSERT_EQ(found[c], traced[c]) << name << ' ' << x << ", " << y;
+            }
+}
+
 TEST_F(RenderProgram, AWindowIsPartOfADenserSphereAndTheBaseShowsIt) {
     const std::string small = "--spp 2 --frames 1-2 --size 96x48 --density 384 --aovs depth,normal ";
     const auto run_window = [&](const std::string& more) { return run_line(command(small + more)); };
