@@ -76,6 +76,9 @@ def all_pictures(folder, scenes):
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 LONG_NUMBER = re.compile(r"-?\d+\.\d{2,}")
 COORDINATES = ("d", "x", "y", "width", "height", "transform", "points")
+NO_TURN = "rotate(-0 "
+FONTS = re.compile(r"font-family: [^;]*")
+FEWER_FONTS = "font-family: DejaVu Sans,Verdana,sans-serif"
 
 
 def short_ids(text):
@@ -116,8 +119,13 @@ def lean_svg(text):
                 element.set(key, LONG_NUMBER.sub(lambda found: lean_number(found[0]), " ".join(element.get(key).split())))
         if "d" in element.attrib:
             element.set("d", lean_path(element.get("d")))
+        if element.get("transform", "").startswith(NO_TURN):
+            element.attrib.pop("transform")
         if element is not root and "style" in element.attrib:
-            element.set("class", looks.setdefault(element.attrib.pop("style"), f"a{len(looks)}"))
+            look = FONTS.sub(FEWER_FONTS, element.attrib.pop("style"))
+            element.set("class", looks.setdefault(look, f"a{len(looks)}"))
+    for group in root.iter(f"{{{SVG}}}g"):
+        share_class(group)
     unwrap(root)
     for element in root.iter():
         if element.tag != f"{{{SVG}}}text" and not (element.text or "").strip():
@@ -127,6 +135,15 @@ def lean_svg(text):
     style.text = "*{stroke-linejoin:round;stroke-linecap:butt}" + "".join(f".{name}{{{look.replace(': ', ':').replace('; ', ';')}}}" for look, name in looks.items())
     root.insert(0, style)
     return ElementTree.tostring(root, encoding="unicode").replace(" />", "/>") + "\n"
+
+
+def share_class(group):
+    """The look of a curve's marks, which is one, is said once, by their group."""
+    classes = {child.get("class") if child.tag == f"{{{SVG}}}use" else None for child in group}
+    if len(group) > 1 and len(classes) == 1 and None not in classes and "class" not in group.attrib:
+        group.set("class", classes.pop())
+        for child in group:
+            child.attrib.pop("class")
 
 
 def unwrap(parent):
