@@ -143,17 +143,20 @@ SourceLattice::Summary SourceLattice::summarise(int block_x, int block_y) const 
             farthest_m = std::max(farthest_m, r);
         }
     }
-    // Cells that go round the seam or over a pole end on points that lie elsewhere in the picture.
-    if (x1 == width() || y0 < 0 || y1 == height())
+    // Cells that go round the seam or over a pole end on points that lie elsewhere in the picture, or on its edge.
+    if (x0 < 0 || x1 == width() || y0 < 0 || y1 == height())
         for (int y = y0; y <= y1; ++y)
             for (int x = x0; x <= x1; ++x)
-                if (x == width() || y < 0 || y == height()) {
+                if (x < 0 || x == width() || y < 0 || y == height()) {
                     const float k = point(x, y).k;
                     nearest_m = k > 0 ? std::min(nearest_m, 1 / k) : nearest_m;
                     farthest_m = k > 0 ? std::max(farthest_m, 1 / k) : infinity;
                 }
-    Summary summary{.nearest_inverse_m = 1 / nearest_m,
-                    .farthest_inverse_m = farthest_m > 0 ? 1 / farthest_m : 0,
+    const float nearest_k = 1 / nearest_m, farthest_k = farthest_m > 0 ? 1 / farthest_m : 0;
+    // Where cells are cut, their parts lead on by half a pixel each way: by half a step between samples, twice.
+    const float beyond = std::max(nearest_k - farthest_k, 0.0f);
+    Summary summary{.nearest_inverse_m = nearest_k + beyond,
+                    .farthest_inverse_m = std::max(farthest_k - beyond, 0.0f),
                     .axis = direction((x0 + x1) / 2, (y0 + y1) / 2)};
     // The corner farthest from the middle bounds a block that is small; half a step more covers its bulging sides.
     float least = 1;

@@ -56,8 +56,8 @@ class SourceLattice {
 public:
     /// What a block holds, and beside it the points that its cells end on.
     struct Summary {
-        float nearest_inverse_m = 0;           ///< largest k; 0 where nothing is known
-        float farthest_inverse_m = 0;          ///< smallest k
+        float nearest_inverse_m = 0;           ///< no k in it is larger; 0 where nothing is known
+        float farthest_inverse_m = 0;          ///< nor smaller
         glm::vec3 axis;                        ///< the middle of its directions
         float cos_radius = 1, sin_radius = 0;  ///< of the cone around it that holds them all
     };

@@ -246,7 +246,8 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/// The last run of digits before the extension is the frame's number; without one it is frame 0.
+/// The last run of digits before the extension is the frame's number; without one, or where it is no frame's number, it
+/// is frame 0.
 std::pair<Pattern, std::int64_t> parted(const fs::path& file) {
     const std::string name = file.filename().string();
     const std::size_t extension = std::min(name.rfind('.'), name.size());
@@ -254,12 +255,12 @@ std::pair<Pattern, std::int64_t> parted(const fs::path& file) {
     while (end > 0 && !is_digit(name[end - 1]))
         --end;
     std::size_t begin = end;
-    while (begin > 0 && is_digit(name[begin - 1]) && end - begin < 9)
+    while (begin > 0 && is_digit(name[begin - 1]))
         --begin;
-    if (begin == end)
-        return {{file.parent_path(), name.substr(0, extension), name.substr(extension)}, 0};
     std::int64_t index = 0;
-    std::from_chars(name.data() + begin, name.data() + end, index);
+    const auto [last, error] = std::from_chars(name.data() + begin, name.data() + end, index);
+    if (error != std::errc() || index > max_frame_index)
+        return {{file.parent_path(), name.substr(0, extension), name.substr(extension)}, 0};
     return {{file.parent_path(), name.substr(0, begin), name.substr(end)}, index};
 }
 

@@ -92,6 +92,7 @@ private:
         const Overrides& o = settings_.overrides;
         lay_over(c.depth, o.depth);
         lay_over(c.depth_scale_m, o.depth_scale_m);
+        c.near_plane_m *= c.depth_scale_m;  // what a renderer always has is in its scenes' unit
         lay_over(c.near_plane_m, o.near_plane_m);
         lay_over(c.miss_above, o.miss_above);
         lay_over(c.forward_at, o.forward_at);

@@ -136,7 +136,9 @@ std::string guess_preset(const ForeignExr& file) {
     const auto has = [&](std::string_view plain) {
         return std::ranges::any_of(file.channels(), [&](const ForeignChannel& c) { return c.plain == plain; });
     };
-    if (file.is_our_own() || (has("depth.Z") && (has("backward.u") || has("object_id"))))
+    // Mitsuba's integrator `aov` calls distance by another letter, and Z a position's part.
+    const bool is_by_our_plugin = software.find("Mitsuba") != std::string::npos && !has("depth.X");
+    if (file.is_our_own() || (has("depth.Z") && (is_by_our_plugin || has("backward.u") || has("object_id"))))
         return "equistream";
     if (software.find("Blender") != std::string::npos || has("ViewLayer.Combined.R") || has("RenderLayer.Combined.R"))
         return "cycles";

@@ -72,6 +72,12 @@ public:
             refuse(key, "a string");
         return value.get<std::string>();
     }
+    std::vector<std::string> texts(const char* key, const char* expected) const {
+        const json& value = at(key);
+        if (!value.is_array() || !std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_string(); }))
+            refuse(key, expected);
+        return value.get<std::vector<std::string>>();
+    }
     bool truth(const char* key) const {
         const json& value = at(key);
         if (!value.is_boolean())
@@ -230,8 +236,7 @@ Manifest from_json(const json& document, const std::string& where) {
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
     info.ipd_m = in.number("ipd_m", 0, max_ipd_m);
     if (in.section("camera").text("kind") == "ods" && !make_ods(info))
-        throw InputError(
-            expected_found("manifest: eye", "left or right with camera ods, and eyes that are apart", "others"));
+        in.refuse(info.ipd_m > 0 ? "eye" : "ipd_m", "with camera ods, left or right eyes that are apart");
     info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
     info.head_radius_m = in.number("lean_m", 0, max_head_box_radius_m);
     info.exposure = in.number("exposure", std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
@@ -249,11 +254,7 @@ Manifest from_json(const json& document, const std::string& where) {
         info.window_columns = window_columns_from_json(in, info.camera);
     if (document.contains("patches"))
         info.patches = patches_from_json(in.section("patches"), info.camera);
-    for (const json& plane : in.at("planes")) {
-        if (!plane.is_string())
-            in.refuse("planes", "a list of plane names");
-        manifest.planes.push_back(plane.get<std::string>());
-    }
+    manifest.planes = in.texts("planes", "a list of plane names");
     manifest.command = in.text("command");
     manifest.fingerprint = in.text("fingerprint");
     if (document.contains("single_part"))  // earlier sequences do not say

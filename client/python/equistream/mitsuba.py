@@ -1,7 +1,7 @@
 """A spherical camera and correct AOVs for Mitsuba 3, and its renders as frames.
 
-Importing this makes the plugins `equirect` and `equirect_aov` known to Mitsuba, before or after `mi.set_variant`, for every
-variant:
+Importing this makes the plugins `equirect` and `equirect_aov` known to Mitsuba, before or after `mi.set_variant`, for the
+variants that they were compiled for (`MITSUBA_VARIANTS`):
 
 >>> import mitsuba as mi
 >>> import equistream.mitsuba
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._core import EquirectCamera, FrameInfo, InputError, PerspectiveCamera, Pose, PosePath, eye_pose
-from .build_facts import MITSUBA_VERSION
+from .build_facts import MITSUBA_VARIANTS, MITSUBA_VERSION
 from .cameras import Camera, frame_info
 from .depth import SceneDepth
 from .frames import AOVS, Frame, PathLike, Sequence, SequenceWriter
@@ -63,8 +63,8 @@ def pose_of(to_world: Any) -> Pose:
 
 
 def _require_variant() -> None:
-    if mi.variant() is None:
-        raise InputError("equistream.mitsuba: expected a variant (mi.set_variant), found none")
+    if mi.variant() not in MITSUBA_VARIANTS:
+        raise InputError(f"equistream.mitsuba: expected a variant (mi.set_variant) of {', '.join(MITSUBA_VARIANTS)}, found {mi.variant() or 'none'}")
 
 
 def frame_from_tensor(image: Any, aov_names: Iterable[str], info: FrameInfo) -> Frame:
@@ -106,12 +106,13 @@ class Renderer:
     """Renders a scene's frames at our poses, whatever sensor the scene has; made once, it is not compiled again for each frame.
 
     `camera` is an EquirectCamera or PerspectiveCamera; `integrator` gives colour (default: the scene's own); `aovs` as for
-    `equistream render`. `near_clip`: what is nearer is not seen. `hide_emitters`: where the colour's integrator hides lamps,
+    `equistream render`. `near_clip`, `far_clip`: what is nearer or farther is not seen. It stands in the medium of the scene's
+    first sensor. `hide_emitters`: where the colour's integrator hides lamps,
     they are no surfaces either. Colour uses the box filter, as all our hosts. Alpha is Mitsuba's: 1 for a sky, too.
     """
 
     def __init__(self, scene: Any, camera: Camera, *, aovs: str = DEFAULT_AOVS, integrator: Any = None, near_clip: Optional[float] = None,
-                 sampler: str = "independent", hide_emitters: bool = False) -> None:
+                 far_clip: Optional[float] = None, sampler: str = "independent", hide_emitters: bool = False) -> None:
         _require_variant()
         if not isinstance(scene, mi.Scene):
             raise InputError(f"Renderer: expected a mitsuba.Scene of variant {mi.variant()}, found {type(scene).__module__}.{type(scene).__name__}")
@@ -122,19 +123,19 @@ class Renderer:
         nested = integrator if integrator is not None else _colour_of(scene.integrator())
         self.hide_emitters = hide_emitters
         self.integrator = mi.load_dict({"type": "equirect_aov", "aovs": aovs, "hide_emitters": hide_emitters, "nested": nested})
-        self.sensor = mi.load_dict(self._sensor(near_clip, sampler))
+        self.clip = {name: clip for name, clip in (("near_clip", near_clip), ("far_clip", far_clip)) if clip is not None}
+        self.sensor = mi.load_dict(self._sensor(sampler))
         self._parameters = (mi.traverse(self.sensor), mi.traverse(self.integrator))
         self._number_shapes()
 
-    def _sensor(self, near_clip: Optional[float], sampler: str) -> dict[str, Any]:
+    def _sensor(self, sampler: str) -> dict[str, Any]:
         camera = self.camera
-        sensor: dict[str, Any] = {
+        own = self.scene.sensors()[0].get_medium() if self.scene.sensors() else None
+        sensor: dict[str, Any] = self.clip | ({"medium": own} if own is not None else {}) | {
             "to_world": to_world(Pose()),
             "film": {"type": "hdrfilm", "width": camera.width, "height": camera.height, "pixel_format": "rgba",
                      "component_format": "float32", "rfilter": {"type": "box"}},
             "sampler": {"type": sampler}}
-        if near_clip is not None:
-            sensor["near_clip"] = near_clip
         if isinstance(camera, PerspectiveCamera):
             return sensor | {"type": "perspective", "fov": float(np.degrees(camera.fov_x_rad)), "fov_axis": "x"}
         west, east = np.degrees(camera.longitudes)
@@ -196,10 +197,10 @@ class Renderer:
 
 
 def _colour_of(integrator: Any) -> Any:
-    """What renders colour: of our own integrator the nested one."""
+    """What renders colour: of our own integrator, and of those that add channels to another one's, the nested one."""
     if integrator is None:
         return {"type": "path"}
-    if integrator.class_name() != "EquirectAovIntegrator":
+    if integrator.class_name() not in ("EquirectAovIntegrator", "AOVIntegrator", "MomentIntegrator", "StokesIntegrator"):
         return integrator
     nested: list[Any] = []
 
@@ -209,7 +210,7 @@ def _colour_of(integrator: Any) -> Any:
                 nested.append(value)
 
     integrator.traverse(Nested())
-    return nested[0]
+    return _colour_of(nested[0]) if nested else integrator
 
 
 def _lasting(name: str) -> str:
@@ -229,6 +230,7 @@ def _fingerprint(renderer: Renderer, path: PosePath) -> str:
     for plugin in sorted(PLUGINS.glob("*.so")):
         digest.update(plugin.read_bytes())
     digest.update(b"lamps are hidden" if renderer.hide_emitters else b"")
+    digest.update(repr(renderer.clip).encode() if renderer.clip else b"")
     facts = []
     for what in (renderer.scene, _colour_of(renderer.integrator)):
         facts += [line.encode() for line in str(what).splitlines()]
@@ -247,7 +249,8 @@ def _fingerprint(renderer: Renderer, path: PosePath) -> str:
 
 def render_frame(scene: Any, pose: Optional[Pose] = None, camera: Optional[Camera] = None, *, aovs: str = DEFAULT_AOVS, spp: int = 16,
                  seed: int = 0, integrator: Any = None, previous: Optional[Pose] = None, next: Optional[Pose] = None,
-                 info: Optional[FrameInfo] = None, hide_emitters: bool = False) -> Frame:
+                 info: Optional[FrameInfo] = None, near_clip: Optional[float] = None, far_clip: Optional[float] = None,
+                 hide_emitters: bool = False) -> Frame:
     """One frame of a scene: by default a full sphere, 1024x512, where the scene's own sensor stands."""
     _require_variant()
     if pose is None:
@@ -255,14 +258,14 @@ def render_frame(scene: Any, pose: Optional[Pose] = None, camera: Optional[Camer
             raise InputError("render_frame: expected a pose, or a scene with a sensor, found neither")
         pose = pose_of(scene.sensors()[0].world_transform())
     renderer = Renderer(scene, camera if camera is not None else EquirectCamera(1024, 512), aovs=aovs, integrator=integrator,
-                        hide_emitters=hide_emitters)
+                        near_clip=near_clip, far_clip=far_clip, hide_emitters=hide_emitters)
     return renderer.frame(pose, previous=previous, next=next, spp=spp, seed=seed, info=info)
 
 
 def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera, *, frames: Iterable[int], fps: float = 30, eye: str = "centre",
                     ipd_m: float = 0.063, lock: str = "world", aovs: str = DEFAULT_AOVS, spp: int = 16, seed: int = 0, name: str = "",
                     integrator: Any = None, exposure: float = 1.0, head_radius_m: float = 0.0, overwrite: bool = False,
-                    hide_emitters: bool = False) -> Sequence:
+                    near_clip: Optional[float] = None, far_clip: Optional[float] = None, hide_emitters: bool = False) -> Sequence:
     """Renders frames along a head's path into a folder (`OUT/centre`, say) that `equistream encode` and `play` take.
 
     Frame N is at N / fps seconds; at the path's ends a missing neighbour means no movement, whichever frames are asked for.
@@ -272,7 +275,7 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
     numbers = sorted(set(frames))
     if not numbers or numbers[0] < 0:
         raise InputError(f"frames: expected frame numbers from 0, found {numbers[:3]}")
-    renderer = Renderer(scene, camera, aovs=aovs, integrator=integrator, hide_emitters=hide_emitters)
+    renderer = Renderer(scene, camera, aovs=aovs, integrator=integrator, near_clip=near_clip, far_clip=far_clip, hide_emitters=hide_emitters)
 
     def camera_pose_at(index: int) -> Pose:
         return eye_pose(camera, path.at(index / fps), eye, ipd_m, lock)

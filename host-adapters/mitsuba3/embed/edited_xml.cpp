@@ -7,6 +7,7 @@
 #include <mitsuba/core/transform.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 
 namespace equistream::mitsuba_host {
@@ -106,8 +107,13 @@ void replace_sensors(const SceneRequest& request, EditedXml& xml) {
     std::optional<SceneNode> chosen;
     if (!theirs.empty())
         chosen = state[theirs[static_cast<std::size_t>(request.sensor)].node];
-    if (chosen && chosen->props.has_property("to_world"))
+    xml.sensor.has_pose = chosen && chosen->props.has_property("to_world");
+    if (xml.sensor.has_pose)
         xml.sensor.to_world = rows_of(chosen->props.get<Transform>("to_world"));
+    for (const auto& [name, clip] :
+         {std::pair("near_clip", &xml.sensor.near_clip), std::pair("far_clip", &xml.sensor.far_clip)})
+        if (chosen && chosen->props.has_property(name))
+            *clip = chosen->props.get<double>(name);
     for (const Child& child : theirs)
         state.root().props.remove_property(child.property);
     for (std::size_t i = 0; i < request.sensors.size(); ++i) {
@@ -130,16 +136,47 @@ bool hides_emitters(const ParserState& state, std::size_t node) {
                        [&](const Child& child) { return hides_emitters(state, child.node); });
 }
 
+bool is_one_of(const SceneNode& node, std::initializer_list<const char*> plugins) {
+    return std::any_of(plugins.begin(), plugins.end(),
+                       [&](const char* plugin) { return node.props.plugin_name() == plugin; });
+}
+
+/// What renders colour: wrappers add channels that nothing here asks for, at the cost of another render, and some names
+/// of theirs are ours.
+std::size_t colour_of(const ParserState& state, std::size_t node) {
+    while (is_one_of(state[node], {"equirect_aov", "aov", "moment", "stokes"})) {
+        const std::vector<Child> nested = children(state[node], state, ObjectType::Integrator);
+        if (nested.empty())
+            break;
+        node = nested.front().node;
+    }
+    return node;
+}
+
+/// Passes are ours, and have as many samples as we say.
+void remove_passes(Properties& integrator) {
+    for (const char* of_passes : {"samples_per_pass", "timeout", "block_size"})
+        if (integrator.has_property(of_passes))
+            integrator.remove_property(of_passes);
+}
+
 void wrap_integrator(const SceneRequest& request, EditedXml& xml) {
     ParserState& state = xml.state;
     const std::vector<Child> theirs = children(state.root(), state, ObjectType::Integrator);
     for (const Child& child : theirs)
         state.root().props.remove_property(child.property);
-    const std::size_t nested =
-        theirs.empty() ? add_node(state, ObjectType::Integrator, Properties("path")) : theirs.front().node;
-    if (request.max_depth > 0)
-        state[nested].props.set("max_depth", request.max_depth, false);
-    xml.hides_emitters = hides_emitters(state, nested);
+    const std::size_t nested = theirs.empty() ? add_node(state, ObjectType::Integrator, Properties("path"))
+                                              : colour_of(state, theirs.front().node);
+    Properties& colour = state[nested].props;
+    remove_passes(colour);
+    if (request.max_depth > 0) {
+        if (is_one_of(state[nested], {"direct", "depth"}))
+            throw InputError(expected_found("--max-bounces", "an integrator of paths, such as \"path\", in the XML",
+                                            "\"" + std::string(colour.plugin_name()) + "\""));
+        colour.set("max_depth", request.max_depth, false);
+    }
+    const bool is_ours = !theirs.empty() && is_one_of(state[theirs.front().node], {"equirect_aov"});
+    xml.hides_emitters = hides_emitters(state, is_ours ? theirs.front().node : nested);
     Properties ours("equirect_aov");
     ours.set("hide_emitters", xml.hides_emitters);
     ours.set_id(our_integrator_id);
@@ -229,9 +266,10 @@ EditedXml read_and_edit(const SceneRequest& request, const std::string& variant)
         mitsuba::parser::transform_resolve(xml.config, xml.state);
         xml.sensor.files = named_files(xml.state);
         xml.sensor.spectra = spectra_text(xml.state);
+        // Before ours are there: two of our sensors may be alike.
+        mitsuba::parser::transform_merge_equivalent(xml.config, xml.state);
         replace_sensors(request, xml);
         wrap_integrator(request, xml);
-        mitsuba::parser::transform_merge_equivalent(xml.config, xml.state);
         name_the_nameless(xml.state);
         xml.group_of_instance = find_groups(xml.state);
     } catch (const InputError&) {

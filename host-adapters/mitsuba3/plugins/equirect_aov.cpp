@@ -32,6 +32,8 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
    - |int| array
    - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order, or a single 0; 0
      stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
+     Mitsuba joins meshes of one BSDF when it loads a scene, and orders them anew in each process:
+     ``mi.load_file(FILE, optimize=False)`` keeps them. Its command line cannot.
    - |exposed|
 
  * - first_face, face_entry
@@ -207,6 +209,9 @@ public:
                 view.to_world_previous = m_previous.value();
             if (m_has_next)
                 view.to_world_next = m_next.value();
+        } else if (m_has_previous || m_has_next) {
+            Log(Warn, "equirect_aov: to_world_previous and to_world_next are the sensor's own with \"equirect\": give "
+                      "them to it; these are not used");
         }
         const Facts facts(scene, m_hide_emitters);
         check_tables(facts.count());

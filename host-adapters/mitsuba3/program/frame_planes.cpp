@@ -160,6 +160,7 @@ RayBatch TileRays::batch(std::span<const es_ray> rays) const {
     RayBatch batch;
     const glm::dmat3 turned = glm::transpose(world_.ours_from_mitsuba);
     const auto scale = static_cast<float>(1 / world_.metres_per_unit);
+    const XmlSensor& sensor = scene_.xml_sensor();
     for (const es_ray& ray : rays) {
         const glm::dvec3 origin = turned * glm::dvec3(ray.origin[0], ray.origin[1], ray.origin[2]);
         const glm::dvec3 direction = turned * glm::dvec3(ray.direction[0], ray.direction[1], ray.direction[2]);
@@ -168,8 +169,14 @@ RayBatch TileRays::batch(std::span<const es_ray> rays) const {
             batch.origin[at].push_back(static_cast<float>(origin[axis] / world_.metres_per_unit));
             batch.direction[at].push_back(static_cast<float>(direction[axis]));
         }
-        batch.begin.push_back(ray.t_min * scale);
-        batch.end.push_back(ray.t_max * scale);
+        const double along_axis =
+            axis_ == glm::dvec3(0)
+                ? 1
+                : std::max(1e-6, glm::dot(axis_, glm::dvec3(ray.direction[0], ray.direction[1], ray.direction[2])));
+        const float begin = std::max(ray.t_min * scale, static_cast<float>(sensor.near_clip / along_axis));
+        const float end = std::min(ray.t_max * scale, static_cast<float>(sensor.far_clip / along_axis));
+        batch.begin.push_back(begin);
+        batch.end.push_back(std::max(begin, end));
     }
     return batch;
 }

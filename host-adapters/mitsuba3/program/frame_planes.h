@@ -51,7 +51,9 @@ private:
 
 class TileRays {
 public:
-    TileRays(EmbeddedScene& scene, const WorldMap& world) : scene_(scene), world_(world) {}
+    /// `axis`: of a flat view, in our world, along which the sensor's clipping distances count; 0: along each ray.
+    TileRays(EmbeddedScene& scene, const WorldMap& world, const glm::dvec3& axis = glm::dvec3(0))
+        : scene_(scene), world_(world), axis_(axis) {}
 
     /// Fills the frame, or returns early when told to stop. Depth is the one geometry plane it knows, and that and
     /// colour are left out where they were handed over whole. Returns samples that were not finite.
@@ -72,6 +74,7 @@ private:
 
     EmbeddedScene& scene_;
     const WorldMap& world_;
+    glm::dvec3 axis_;
     std::vector<es_ray> rays_;
 };
 

@@ -191,7 +191,9 @@ void MitsubaHost::render(const FrameTask& task) {
 void MitsubaHost::render_tiles(const FrameTask& task, bool ids_alone) {
     const auto start = Clock::now();
     const std::size_t sensor = sensor_of(*task.stream);
-    TileRays rays(source_->scene(), source_->world());
+    const glm::dvec3 axis =
+        options_.camera == ES_PERSPECTIVE ? task.head.orientation * glm::dvec3(0, 0, -1) : glm::dvec3(0);
+    TileRays rays(source_->scene(), source_->world(), axis);
     left_out_samples_ += rays.render(task, sensor, ids_alone, [&](std::uint32_t tile, std::uint32_t pass) {
         return static_cast<std::uint32_t>(mixed(
             seed_of(task.index, static_cast<std::size_t>(task.stream->eye) + (task.stream->patches ? 9 : 6), pass),
@@ -200,16 +202,20 @@ void MitsubaHost::render_tiles(const FrameTask& task, bool ids_alone) {
     mitsuba_s_ += seconds_since(start);
 }
 
+Camera MitsubaHost::camera_of(const FrameTask& task) const {
+    const StreamSettings& stream = *task.stream;
+    if (stream.window)
+        return window_camera(*stream.window, task.window_place);
+    if (options_.camera == ES_PERSPECTIVE)
+        return PerspectiveCamera{stream.size.width, stream.size.height, options_.fov_rad};
+    const double side_m = options_.camera == ES_ODS ? ods_side_m(static_cast<Eye>(stream.eye), options_.ipd_m) : 0;
+    return EquirectCamera{stream.size.width, stream.size.height, options_.range, side_m};
+}
+
 void MitsubaHost::render_planes(const FrameTask& task) {
     const StreamSettings& stream = *task.stream;
     const std::size_t sensor = sensor_of(stream);
-    const Camera camera =
-        stream.window ? Camera(window_camera(*stream.window, task.window_place))
-        : options_.camera == ES_PERSPECTIVE
-            ? Camera(PerspectiveCamera{stream.size.width, stream.size.height, options_.fov_rad})
-            : Camera(EquirectCamera{stream.size.width, stream.size.height, options_.range,
-                                    options_.camera == ES_ODS ? ods_side_m(static_cast<Eye>(stream.eye), options_.ipd_m)
-                                                              : 0});
+    const Camera camera = camera_of(task);
     const auto pose = [&](const Pose& head) {
         return camera_pose(camera, head, static_cast<Eye>(stream.eye), options_.ipd_m,
                            options_.lock == ES_LOCK_PATH ? AxisLock::path : AxisLock::world);

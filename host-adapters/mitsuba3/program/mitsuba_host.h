@@ -29,6 +29,7 @@ private:
     void render_planes(const render_command::FrameTask& task);
     void render_tiles(const render_command::FrameTask& task, bool ids_alone);
     std::size_t sensor_of(const render_command::StreamSettings& stream) const;
+    Camera camera_of(const render_command::FrameTask& task) const;
     std::uint32_t seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const;
 
     const cli::CommandLine* app_ = nullptr;

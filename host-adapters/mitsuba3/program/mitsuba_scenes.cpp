@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -238,8 +239,15 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
     description_.name = scene_name_of(request.xml);
     description_.head_radius_m = context.host.head_radius_m;
     description_.camera_path = PosePath({{0, world_.pose(sensor.to_world)}}, request.xml.string());
-    if (sensor.count == 0 && context.options.path.empty())
-        std::fprintf(stderr, "equistream render: note: the XML has no sensor; the head stands at its origin\n");
+    if (!sensor.has_pose && context.options.path.empty())
+        std::fprintf(stderr, "equistream render: note: %s; the head stands at its origin\n",
+                     sensor.count == 0 ? "the XML has no sensor" : "the XML's sensor has no to_world");
+    if (sensor.near_clip > 0 || std::isfinite(sensor.far_clip))
+        std::fprintf(
+            stderr,
+            "equistream render: note: %s has what the sensor's near_clip and far_clip cut away; `play --scene` "
+            "takes depth of it\n",
+            model_name);
     description_.fingerprint = content_fingerprint(sensor.files, parameters_text(context.host) + "\n" + sensor.spectra);
 }
 

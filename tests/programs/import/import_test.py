@@ -266,6 +266,8 @@ class Import(unittest.TestCase):
         self.assertIn(", 0.01 m a unit", result.stdout)
         metres, centimetres = (info_of(self.work / f"{name}_out" / "centre" / "frame.0000.exr")[0] for name in ("row", "cm"))
         np.testing.assert_allclose(centimetres, 0.01 * metres, atol=1e-9)
+        metres, centimetres = (read_frame(self.work / f"{name}_out" / "centre" / "frame.0000.exr")["depth.Z"] for name in ("row", "cm"))
+        np.testing.assert_allclose(centimetres, 0.01 * metres, rtol=1e-6)
         a, b = (info_of(self.work / f"{name}_out" / "centre" / "frame.0000.exr") for name in ("column", "row"))
         np.testing.assert_allclose(a[0], b[0])
         np.testing.assert_allclose(a[1], b[1])
@@ -305,6 +307,33 @@ class Import(unittest.TestCase):
         self.assertIn("mitsuba", said)
         for original, file in zip(self.view, found):
             self.assert_same(original, file, self.COLOUR + ["depth.Z", "normal.Y", "object_id"])
+
+    def test_mitsubas_near_plane_is_in_its_scenes_unit(self):
+        frame = read_frame(self.view[0])
+        u, v = pixel_centres(96, 64)
+        cosine = -unit(perspective_direction(u, v, 96, 64, np.radians(80)))[..., 2]
+        hit = np.isfinite(frame["depth.Z"])
+        depth_mm = np.where(hit, 1000 * np.where(hit, frame["depth.Z"], 0) - 0.01 / cosine, 0)
+        write(self.work / "m.0000.exr", {c: frame[c] for c in "RGBA"} | {"dd.T": depth_mm}, {"generatedBy": "Mitsuba version 3.9.1"})
+        _, found = self.imported(self.work / "m.0000.exr", "--fov", 80, "--depth-scale", 0.001)
+        self.assert_same(self.view[0], found[0], ["depth.Z"], 1e-5)
+
+    def test_our_plugins_planes_are_ours_whoever_wrote_the_file(self):
+        """Of a flat view: its depth begins at the sensor, and not at a near plane."""
+        frame = read_frame(self.view[0])
+        write(self.work / "m.0000.exr", {c: frame[c] for c in ("R", "G", "B", "A", "depth.Z")}, {"generatedBy": "Mitsuba version 3.9.1"})
+        said, found = self.imported(self.work / "m.0000.exr", "--fov", 80)
+        self.assertIn("conventions: equistream", said)
+        self.assert_same(self.view[0], found[0], self.COLOUR + ["depth.Z"])
+
+    def test_a_date_in_a_name_is_no_frames_number(self):
+        frame = read_frame(self.sphere[0])
+        write(self.work / "shot-20261129120000.exr", {c: frame[c] for c in "RGBA"})
+        for name, number in (("20261129120000", 0), ("00000000000007", 7)):
+            write(self.work / f"shot-{name}.exr", {c: frame[c] for c in "RGBA"})
+            done = run("import", self.work / f"shot-{name}.exr", "--out", self.work / name)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual([file.name for file in (self.work / name / "centre").glob("*.exr")], [f"frame.{number:04}.exr"])
 
     def test_mitsubas_depth_on_a_sphere_starts_at_its_centre(self):
         """Its only spherical sensor is ours: nothing is cut off unless near_clip says so."""

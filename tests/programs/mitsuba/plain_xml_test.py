@@ -34,8 +34,8 @@ class PlainXml(unittest.TestCase):
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_plain_xml_"))
         self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
 
-    def render(self, *parts, integrator='<integrator type="path"/>', out="out", options=()):
-        (self.root / "scene.xml").write_text(f'<scene version="3.0.0">{integrator}{SENSOR}{"".join(parts)}</scene>')
+    def render(self, *parts, integrator='<integrator type="path"/>', sensor=SENSOR, out="out", options=()):
+        (self.root / "scene.xml").write_text(f'<scene version="3.0.0">{integrator}{sensor}{"".join(parts)}</scene>')
         PROGRAMS.run("render", self.root / "scene.xml", "--host", "mitsuba", *(options if "--size" in options else [*SIZE, "--spp", 4, *options]), "--out", self.root / out)
         return read_frame(self.root / out / "centre/frame.0000.exr")
 
@@ -43,14 +43,41 @@ class PlainXml(unittest.TestCase):
         """Four passes each, as a scalar variant makes them: of the first alone all channels are taken."""
         parts = ['<emitter type="constant"/>', placed("sphere", '<bsdf type="diffuse"/>')]
         path = '<integrator type="path"/>'
+        passes = '<integrator type="path"><integer name="samples_per_pass" value="3"/></integrator>'
         options = ["--variant", "scalar_rgb", "--size", "1024x512", "--spp", 8, "--small", "right"]
         plain = self.render(*parts, options=options, out="plain")
-        for kind, settings in (("aov", '<string name="aovs" value="dd:depth"/>'), ("moment", "")):
-            nested = self.render(*parts, integrator=f'<integrator type="{kind}">{settings}{path}</integrator>', options=options, out=kind)
+        for kind, settings, of in (("aov", '<string name="aovs" value="dd:depth,albedo:albedo"/>', path), ("moment", "", passes),
+                                   ("equirect_aov", '<string name="aovs" value="all"/>', path)):
+            nested = self.render(*parts, integrator=f'<integrator type="{kind}">{settings}{of}</integrator>', options=options, out=kind)
             for channel in ("R", "G", "B", "A", "depth.Z"):
                 np.testing.assert_array_equal(nested[channel], plain[channel], err_msg=f"{kind} {channel}")
             small, of = (read_frame(self.root / name / "small/frame.0000.exr")["G"] for name in (kind, "plain"))
             np.testing.assert_array_equal(small, of, err_msg=f"{kind}, small")
+
+    def test_bounces_are_of_the_integrator_that_renders_colour(self):
+        wrapped = '<integrator type="moment"><integrator type="path"/></integrator>'
+        frame = self.render(placed("sphere", x=0), '<emitter type="constant"/>', integrator=wrapped, options=["--max-bounces", 1])
+        self.assertGreater(frame["G"][32, 64], 0)
+        with self.assertRaisesRegex(RuntimeError, '(?s)exit 2.*--max-bounces: expected an integrator of paths.*found "direct"'):
+            self.render(placed("sphere", x=0), integrator='<integrator type="direct"/>', out="direct", options=["--max-bounces", 1])
+
+    def test_what_is_nearer_than_near_clip_is_in_no_layer(self):
+        """The ball hides a part of the wall, unless it is cut away."""
+        parts = [placed("sphere", z=4), placed("rectangle", scale=40, z=-9), '<emitter type="constant"/>']
+        near = SENSOR.replace('type="perspective">', 'type="perspective"><float name="near_clip" value="3.2"/>')
+        for sensor, nearest, hides in ((SENSOR, 1, True), (near, 15, False)):
+            frame = self.render(*parts, sensor=sensor, out=str(nearest), options=["--layers", "--ipd", 1])
+            self.assertAlmostEqual(frame["depth.Z"][32, 64], nearest, delta=0.02)
+            hidden = read_frame(self.root / str(nearest) / "hidden/frame.0000.exr")["depth.Z"]
+            self.assertEqual(np.isfinite(hidden).any(), hides)  # at the wall's own border it is the sky
+
+    def test_streams_of_one_shape_are_streams_of_their_own(self):
+        """A window and the other eye's view, both of 480x240 pixels: two sensors that are alike."""
+        self.render(placed("sphere", x=0), '<emitter type="constant"/>', options=["--size", "1920x960", "--spp", 1, "--small", "right", "--window", "gaze,22x11"])
+        small, window = (read_frame(self.root / "out" / name / "frame.0000.exr")["A"] for name in ("small", "window"))
+        self.assertEqual(small.shape, window.shape)
+        self.assertLess(small.mean(), 0.05)
+        self.assertGreater(window.mean(), 0.5)
 
     def test_alpha_is_the_share_that_met_a_surface(self):
         """Without a sky too, and where paths end at the first surface."""

@@ -63,7 +63,12 @@ struct FillScene {
     EyeView eye{camera, right, truth.depth_m.view()};
     EyePicture picture, unfilled;
 
-    FillScene() {
+    FillScene() { look_again(); }
+
+    /// After `main` and `truth` have become others.
+    void look_again() {
+        main_view = main.source(0.063);
+        eye.depth_m = truth.depth_m.view();
         const auto engine = make_engine("surface");
         engine->set_source(main_view);
         engine->reproject(eye, picture);

@@ -133,6 +133,17 @@ TEST_F(FolderClients, PauseWhereReadingFailedAndGoOnBeyondIt) {
     EXPECT_EQ(watched.watch_all().back().state.frame, 2);
 }
 
+/// From there it saw what the ball hides now.
+TEST_F(FolderClients, FillFromTheFrameBefore) {
+    write_frame(0, {{0.1, 0, 0}, {1, 0, 0, 0}});
+    WatchedClient watched(playing());
+    const double display_s = watched.request.display_s;
+    watched.request = watched.client.request(160, 120, pi / 2);
+    watched.request.display_s = display_s;
+    watched.watch([](const Look& look) { return look.state.frame == 1; });
+    EXPECT_GT(std::ranges::count(watched.eyes[1].origin, ES_ORIGIN_EARLIER), 20);
+}
+
 TEST_F(FolderClients, HoldTimeWhilePaused) {
     WatchedClient watched(playing());
     watched.watch([](const Look& look) { return look.state.frame == 1; });

@@ -22,25 +22,27 @@ protected:
 
     void SetUp() override {
         std::filesystem::create_directories(folder / "centre");
+        write_frame(0, {});
+        for (int index = 1; index < frame_count; ++index)
+            write_again(index);
+    }
+    /// As seen from there.
+    void write_frame(int index, const Pose& pose) {
         const EquirectCamera camera{columns, columns / 2, {}};
-        const Rendered seen = render(ball_and_wall, red_and_smooth, camera, {});
-        for (int index = 0; index < frame_count; ++index) {
-            Frame frame;
-            frame.info.index = index;
-            frame.info.time_s = index / 30.0;
-            frame.info.frames_per_second = 30;
-            frame.info.camera = camera;
-            frame.info.ipd_m = 0.063;
-            frame.info.scene = "room";
-            FloatImage colour(camera.width, camera.height, 4);
-            for (int y = 0; y < camera.height; ++y)
-                for (int x = 0; x < camera.width; ++x)
-                    for (int c = 0; c < 4; ++c)
-                        colour.pixel(x, y)[c] = c == 3 ? 1.0f : srgb_to_linear(float(seen.rgb.pixel(x, y)[c]) / 255);
-            frame.planes["colour"] = std::move(colour);
-            frame.planes["depth"] = seen.depth_m;
-            write_exr(folder / "centre" / frame_file_name(index), frame);
-        }
+        const Rendered seen = render(ball_and_wall, red_and_smooth, camera, pose);
+        frame_.info.camera = camera;
+        frame_.info.camera_pose = frame_.info.head = pose;
+        frame_.info.frames_per_second = 30;
+        frame_.info.ipd_m = 0.063;
+        frame_.info.scene = "room";
+        FloatImage colour(camera.width, camera.height, 4);
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x)
+                for (int c = 0; c < 4; ++c)
+                    colour.pixel(x, y)[c] = c == 3 ? 1.0f : srgb_to_linear(float(seen.rgb.pixel(x, y)[c]) / 255);
+        frame_.planes["colour"] = std::move(colour);
+        frame_.planes["depth"] = seen.depth_m;
+        write_again(index);
     }
     void TearDown() override { std::filesystem::remove_all(folder); }
 
@@ -51,7 +53,14 @@ protected:
     }
 
 private:
+    void write_again(int index) {
+        frame_.info.index = index;
+        frame_.info.time_s = index / 30.0;
+        write_exr(folder / "centre" / frame_file_name(index), frame_);
+    }
+
     const std::string source_ = folder.string();
+    Frame frame_;
 };
 
 }  // namespace equistream::test

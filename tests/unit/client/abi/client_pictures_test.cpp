@@ -1,6 +1,8 @@
 /// What a client writes into the memory of its caller: what there is room for, and nothing beside it.
 #include "client_folder.h"
 
+#include <equistream/elapsed.h>
+
 #include <algorithm>
 #include <optional>
 #include <vector>
@@ -163,6 +165,13 @@ TEST_F(ClientPictures, AreWhatStatisticsAreOf) {
     EXPECT_GT(not_seen, 0);
     EXPECT_NEAR(client->statistics().gaps, not_seen / pixels, 1e-9);
     EXPECT_NEAR(client->statistics().mean_confidence, trusted / pixels, 1e-9);
+    const double first_ms = client->statistics().render_ms;
+    EXPECT_EQ(client->statistics().pictures_rendered, 1);
+    EXPECT_GT(first_ms, 0);
+    const auto start = Clock::now();
+    client->render(request, eyes);
+    EXPECT_EQ(client->statistics().pictures_rendered, 2);
+    EXPECT_LE(2 * client->statistics().render_ms, first_ms + milliseconds_since(start)) << "the mean of both";
 }
 
 /// Through the C functions, with a struct of another size.

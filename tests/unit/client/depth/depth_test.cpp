@@ -2,6 +2,7 @@
 #include <equistream/picture.h>
 #include <equistream/rec709.h>
 
+#include <client/depth/base_textures.h>
 #include <client/depth/ray_colour.h>
 #include <client/depth/ray_depth.h>
 #include <scenes/library/write_glb.h>
@@ -13,6 +14,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -248,6 +251,42 @@ TEST_F(RayColourTest, WhatFailsInTheBackgroundIsThrownByTheFirstCast) {
     RayColour geometry(scene);
     geometry.start_loading();
     EXPECT_THROW(cast(geometry, {0, 0, -3}), InputError);
+}
+
+TEST_F(RayColourTest, CoordinatesBeyondATextureGoOnAsItSays) {
+    constexpr std::array<std::uint8_t, 4> grey = {10, 60, 120, 200};
+    ByteImage row(4, 1, 3);
+    for (int x = 0; x < 4; ++x)
+        std::fill_n(row.pixel(x, 0), 3, grey[std::size_t(x)]);
+    write_picture(folder / "row.png", row.view());
+    SceneModel model;
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror}) {
+        std::ifstream file(folder / "row.png", std::ios::binary);
+        model.textures.push_back({.name = "row",
+                                  .mime_type = "image/png",
+                                  .encoded{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()},
+                                  .wrap_u = wrap,
+                                  .wrap_v = wrap});
+    }
+    const BaseTextures textures(model);
+    for (int i = -9; i <= 9; ++i) {
+        const int period = ((i % 8) + 8) % 8;
+        const std::array at = {period % 4, std::clamp(i, 0, 3), period < 4 ? period : 7 - period};
+        for (std::uint32_t texture = 0; texture < 3; ++texture) {
+            const float expected = srgb_to_linear(float(grey[std::size_t(at[texture])]) / 255);
+            EXPECT_NEAR(textures.lookup(texture, {(float(i) + 0.5f) / 4, 0.5f}, 0).r, expected, 1e-5)
+                << texture << ' ' << i;
+        }
+    }
+}
+
+TEST_F(RayColourTest, GlassIsNotMatteAndRoughMetalIs) {
+    Material glass, metal;
+    glass.metallic = 0;
+    glass.transmission = 1;
+    EXPECT_FALSE(is_matte(glass));
+    metal.metallic = metal.roughness = 1;
+    EXPECT_TRUE(is_matte(metal));
 }
 
 TEST_F(RayColourTest, AWideRaySeesTheMean) {

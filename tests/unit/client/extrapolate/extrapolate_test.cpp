@@ -126,6 +126,23 @@ TEST(Extrapolate, BehindWhatStandsBeforeIt) {
     EXPECT_LE(double(s.changed_elsewhere), 4 * std::sqrt(double(s.ball)));
 }
 
+/// The ball is a mirror in which everything is 2 m behind its surface.
+TEST(Extrapolate, ImagesInAMirrorStayAsFarBehindIt) {
+    Picture made = look({sphere, turned, {{0.3, 0.2, -1.9}, 0.5, {0, 0, 3}}}, 0);
+    made.received.specular = made.received.virtual_depth_m = FloatImage(768, 384, 1);
+    for (std::size_t i = 0; i < made.ball.samples().size(); ++i) {
+        made.received.specular.samples()[i] = made.ball.samples()[i] != 0 ? 1 : 0;
+        made.received.virtual_depth_m.samples()[i] = made.depth_m.samples()[i] + 2;
+    }
+    ExtrapolatedPicture later;
+    PictureExtrapolator().extrapolate(made.received, made.depth_m, 0.1, later);
+    EXPECT_GT(later.moved_pixels, 1000);
+    for (std::size_t i = 0; i < later.depth_m.samples().size(); ++i)
+        if (const float r = later.depth_m.samples()[i]; !std::isnan(r)) {
+            ASSERT_NEAR(later.picture.virtual_depth_m.samples()[i] - r, 2, 1e-4);
+        }
+}
+
 TEST(Extrapolate, NothingIsDoneWhereNothingMovesOrNoTimePasses) {
     Picture picture = look({sphere, turned, {{0.3, 0.2, -1.9}}}, 0);
     EXPECT_TRUE(can_extrapolate(picture.received, 0.1));

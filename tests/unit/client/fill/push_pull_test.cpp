@@ -12,6 +12,46 @@
 namespace equistream::test {
 namespace {
 
+/// One surface above a gap, one below, one to its left and one to its right, each at a distance of its own.
+TEST(Background, IsTheFartherEndAlongTheEpipolarLine) {
+    constexpr float left_m = 1, right_m = 2, above_m = 3, below_m = 4;
+    const PerspectiveCamera camera{9, 7, pi / 2};
+    const auto found = [&](int left, int top, int right, int bottom, const glm::dvec3& epipole) {
+        EyePicture picture;
+        picture.reset(camera);
+        picture.depth_m = FloatImage(9, 7, 1);
+        for (int y = 0; y < 7; ++y)
+            for (int x = 0; x < 9; ++x) {
+                const bool is_gap = x >= left && x < right && y >= top && y < bottom;
+                *picture.origin.pixel(x, y) = is_gap ? 0 : 1;
+                *picture.depth_m.pixel(x, y) = is_gap        ? std::nanf("")
+                                               : y < top     ? above_m
+                                               : y >= bottom ? below_m
+                                               : x < left    ? left_m
+                                                             : right_m;
+            }
+        FloatImage out;
+        find_background({camera, {}, {}}, picture, Gaps(picture.origin.view()), epipole, out);
+        return out;
+    };
+    for (int y = 2; y < 5; ++y)
+        for (int x = 3; x < 6; ++x) {
+            const auto at = [&](const glm::dvec3& epipole) { return *found(3, 2, 6, 5, epipole).pixel(x, y); };
+            EXPECT_EQ(at({0, 0, 0}), below_m) << "the largest of all";
+            EXPECT_EQ(at({1, 0, 0}), right_m);
+            EXPECT_EQ(at({0, 1, 0}), below_m);
+            // Before the eye: of pixel (a, b) from the middle |4.5 + 9 a| is held against |9 b|, and so on.
+            EXPECT_EQ(at({1, 0, 9}), y == 3 || x == 5 ? right_m : below_m) << x << ' ' << y;
+            EXPECT_EQ(at({0, 1, 9}), x != 4 && y >= 3 ? right_m : below_m) << x << ' ' << y;
+        }
+    EXPECT_EQ(*found(0, 2, 3, 5, {1, 0, 0}).pixel(0, 3), right_m) << "the other end is the picture's border";
+    EXPECT_EQ(*found(6, 2, 9, 5, {1, 0, 0}).pixel(8, 3), left_m);
+    EXPECT_EQ(*found(0, 3, 9, 4, {1, 0, 0}).pixel(4, 3), below_m) << "no end in its row";
+    EXPECT_EQ(*found(4, 0, 5, 7, {0, 1, 0}).pixel(4, 3), right_m) << "none in its column";
+    EXPECT_EQ(*found(3, 0, 6, 2, {0, 1, 0}).pixel(4, 0), below_m);
+    EXPECT_EQ(*found(3, 5, 6, 7, {0, 1, 0}).pixel(4, 6), above_m);
+}
+
 /// The definition in push_pull.h, in double precision, on whole levels.
 class PlainPyramid {
 public:

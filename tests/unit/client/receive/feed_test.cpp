@@ -56,10 +56,13 @@ TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
         write_frame("centre", index, 32, 16, 0.1f);
         if (index != 4)
             write_frame("small", index, 8, 4, 0.2f);
+        write_frame("left", index, 32, 16, 0.1f);
     }
     const auto feed = open_feed(folder.string(), {.depth = true});
+    EXPECT_EQ(feed->summary().frames, 5) << "from the first to the last";
     std::vector<std::int64_t> seen;
     while (const auto frame = feed->next()) {
+        EXPECT_EQ(frame->depth_views.size(), 1u) << "of main's own no second copy";
         seen.push_back(frame->main.info.index);
         EXPECT_EQ(frame->small.has_value(), frame->main.info.index != 4);
         EXPECT_EQ(frame->main.rgb.width(), 32);
@@ -70,9 +73,13 @@ TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
     EXPECT_EQ(seen, (std::vector<std::int64_t>{3, 4, 7}));
     EXPECT_EQ(feed->truncation(), "");
     EXPECT_EQ(feed->fraction_done(), 1.0);
-    ASSERT_EQ(feed->tracks().size(), 2u);
+    ASSERT_EQ(feed->tracks().size(), 3u);
     EXPECT_EQ(feed->tracks()[0].pictures, 3);
-    EXPECT_EQ(feed->tracks()[1].pictures, 2);
+    EXPECT_EQ(feed->tracks()[1].pictures + feed->tracks()[2].pictures, 2 + 3);
+    std::uintmax_t bytes = 0;
+    for (const std::int64_t index : {3, 4, 7})
+        bytes += fs::file_size(folder / "centre" / frame_file_name(index));
+    EXPECT_EQ(feed->tracks()[0].bytes, std::int64_t(bytes));
 }
 
 TEST_F(Feeds, ARenamedFrameIsTheOneThatItsNameSays) {

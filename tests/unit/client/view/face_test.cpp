@@ -188,6 +188,19 @@ TEST_F(Faces, AClickOnTheTimelineSeeks) {
     EXPECT_TRUE(routed.samples.empty() || routed.samples[0].drag_x == 0);
 }
 
+TEST_F(Faces, ARightClickOnThePictureSaysWhereAndOtherKeysDoNothing) {
+    press(GLFW_KEY_F5);
+    press(GLFW_KEY_W);  // held, not pressed
+    feed({KeyEvent{GLFW_KEY_M, 0, true, true}});
+    EXPECT_TRUE(routed.pressed.empty());
+    feed({KeyEvent{GLFW_KEY_COMMA, 0, true, true}});
+    EXPECT_EQ(routed.pressed, std::vector{Action::frame_back});
+    click(400, 300);
+    EXPECT_LT(routed.click_x, 0);
+    click(400, 300, GLFW_MOUSE_BUTTON_RIGHT);
+    EXPECT_EQ(routed.click_x, 0.5);
+}
+
 TEST_F(Faces, WhereTheLengthIsNotKnownOrItIsLiveNothingSeeks) {
     content.timeline = {};
     face.say(content);

@@ -43,6 +43,13 @@ TEST(HeadMotion, ATurnIsForetoldForWhenItIsSeen) {
     }
 }
 
+TEST(HeadMotion, AKeyHeldThroughAPauseTurnsNoFurther) {
+    HeadMotion motion;
+    motion.steer({}, 0);
+    motion.steer(holding({Action::turn_left}), 60);
+    EXPECT_NEAR(motion.navigator().yaw_rad(), 0.25 * Navigator::turn_rad_per_s, 1e-9);
+}
+
 TEST(HeadMotion, LooksAsAnotherOneWhoseClockIsAnother) {
     Steering steering;
     steering.drag_yaw_rad = 0.7;

@@ -133,6 +133,17 @@ TEST_F(Kept, ListsTheLastSourcesOnceAndWithoutSecrets) {
     EXPECT_EQ(kept.recent[0], "tls://host:9000");
     kept.remember("walk.mp4");
     EXPECT_EQ(kept.recent[0], (fs::current_path() / "walk.mp4").string());
+    const std::vector<std::string> before = kept.recent;
+    kept.remember("/bad\xff");
+    kept.remember("/" + std::string(KeptSettings::max_recent_bytes, 'a'));
+    EXPECT_EQ(kept.recent, before);
+}
+
+TEST_F(Kept, ReadsNoMoreSourcesThanItKeeps) {
+    std::string names;
+    for (int i = 0; i < 12; ++i)
+        names += (i > 0 ? R"(,"/)" : R"("/)") + std::to_string(i) + '"';
+    EXPECT_EQ(read(R"({"recent": [)" + names + "]}").kept.recent.size(), KeptSettings::max_recent);
 }
 
 TEST_F(Kept, WhereItIs) {

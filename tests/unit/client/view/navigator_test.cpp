@@ -78,11 +78,14 @@ TEST(Navigator, MovesWhereItLooksOnTheLevelAndStartsSoftly) {
 TEST(Navigator, SticksDoWhatKeysDo) {
     Navigator keys, sticks;
     Steering steering;
-    steering.turn_x = -1;
-    steering.move_y = 1;
-    hold(keys, holding({Action::turn_left, Action::move_up}), 0.5, 0.01);
+    steering.turn_x = steering.turn_y = -1;
+    steering.move_x = steering.move_y = 1;
+    steering.move_z = -1;
+    hold(keys, holding({Action::turn_left, Action::turn_up, Action::move_right, Action::move_up, Action::move_forward}),
+         0.5, 0.01);
     hold(sticks, steering, 0.5, 0.01);
     EXPECT_NEAR(keys.yaw_rad(), sticks.yaw_rad(), 1e-12);
+    EXPECT_NEAR(keys.pitch_rad(), sticks.pitch_rad(), 1e-12);
     expect_near(keys.offset_m(), sticks.offset_m(), 1e-12);
 }
 

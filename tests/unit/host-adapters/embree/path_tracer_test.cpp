@@ -280,6 +280,27 @@ TEST(Paths, MissesSeeTheSkyAndHaveNoCoverage) {
     EXPECT_EQ(rgba[7], 1);
 }
 
+/// The denoiser's guides are those of the first rough thing, tinted by the mirrors before it; ids those of the first.
+TEST(Paths, GuidesLookThroughMirrorsAndIdsDoNot) {
+    TestScene scene;
+    scene.add(floor_mesh(5, 5, scene.add_material(matte({0.6f, 0.3f, 0.1f}))));
+    Material mirror = white_material("mirror");
+    mirror.base_colour = glm::vec3(0.5f);
+    scene.add(floor_mesh(1, 1, scene.add_material(mirror)), glm::translate(glm::mat4(1), glm::vec3(0, 2, 0)));
+    scene.lights.sky = {0.2f, 3, 0.4f};
+    Worker worker(scene.build());
+    const std::vector<es_ray> rays{make_ray({3, 1, 0}, {0, -1, 0}), make_ray({3, 1, 0}, {0, 1, 0}),
+                                   make_ray({0, 1, 0}, {0, 1, 0})};
+    const std::vector<std::uint64_t> seeds{1, 2, 3};
+    std::vector<float> rgba(12), guides(18);
+    std::vector<std::uint32_t> ids(6, 9);
+    worker.trace_radiance(rays, seeds, 0, rgba, guides, ids);
+    const std::vector<float> expected{0.6f, 0.3f, 0.1f, 0, 1, 0, 0.2f, 1, 0.4f, 0, 0, 0, 0.3f, 0.15f, 0.05f, 0, 1, 0};
+    for (std::size_t i = 0; i < guides.size(); ++i)
+        EXPECT_NEAR(guides[i], expected[i], 1e-3) << i;
+    EXPECT_EQ(ids, (std::vector<std::uint32_t>{1, 1, 0, 0, 2, 2}));
+}
+
 TEST(Paths, ThoseThatAreNotFiniteAreCounted) {
     TestScene scene;
     scene.add(floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0)))));
@@ -358,6 +379,22 @@ TEST(Surfaces, AMissIsInfinitelyFarAndOtherwiseZero) {
     EXPECT_EQ(surface.distance_m, std::numeric_limits<float>::infinity());
     EXPECT_EQ(surface.object_id, 0u);
     EXPECT_EQ(surface.normal[1], 0);
+}
+
+TEST(Surfaces, TextureCoordinatesAreThoseOfThePlaceAndTheirDensityThatOfTheInstance) {
+    TestScene scene;
+    const std::uint32_t material = scene.add_material(matte(glm::vec3(0.5f)));
+    scene.add(floor_mesh(1, 2, material));
+    scene.add(floor_mesh(1, 2, material), glm::scale(glm::translate(glm::mat4(1), glm::vec3(9, 0, 0)), glm::vec3(2)));
+    scene.build();
+    const auto at = [&](std::uint32_t instance, std::uint32_t triangle, float u, float v) {
+        return scene.shading->surface_at({instance, triangle, u, v}, {0, 1, 0}, {0, -1, 0}, 1);
+    };
+    EXPECT_NEAR(at(0, 0, 0.5f, 0.25f).uv_per_metre, std::sqrt(1 / 8.0f), 1e-5f);
+    EXPECT_NEAR(at(1, 0, 0.5f, 0.25f).uv_per_metre, std::sqrt(1 / 32.0f), 1e-5f);
+    const glm::vec2 uv = at(0, 0, 0.5f, 0.25f).uv;  // a quarter of (0, 0), half of (1, 1), a quarter of (1, 0)
+    EXPECT_NEAR(uv.x, 0.75f, 1e-6f);
+    EXPECT_NEAR(uv.y, 0.5f, 1e-6f);
 }
 
 TEST(Surfaces, MovingInstancesSayWhereTheyWereAndWillBe) {

@@ -123,8 +123,11 @@ TEST(DisplayTransform, UnknownViewListsTheAcceptedOnes) {
 TEST(DisplayTransform, ExposureMustBePositive) {
     const DisplayTransform transform;
     const FloatImage image(2, 2, 3, 0.5f);
-    for (const double exposure : {0.0, -1.0, std::nan(""), HUGE_VAL})
+    for (const double exposure : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
         EXPECT_THROW(transform.to_display(image.view(), exposure), InputError);
+        EXPECT_THROW(transform.to_linear(image.view(), exposure), InputError);
+        EXPECT_THROW(PqEncoding().encode(image.view(), exposure), InputError);
+    }
 }
 
 TEST(Quantise, RoundsClampsAndMakesNanBlack) {
@@ -244,6 +247,29 @@ TEST(HdrDisplay, AFilmicViewKeepsHighlightsApart) {
     EXPECT_LT(filmic.samples()[0] + 0.01f, filmic.samples()[3]);
 }
 
+TEST(HdrDisplay, WhatIsNotAskedForIsTheDefault) {
+    EXPECT_EQ(HdrDisplay().settings().display, "sRGB - Display");
+    EXPECT_EQ(HdrDisplay().settings().view, default_view);
+    EXPECT_EQ(HdrDisplay(Chosen{.display = "Rec.2100-PQ - Display"}).settings().view,
+              "ACES 1.1 - HDR Video (1000 nits & Rec.2020 lim)");
+}
+
+/// Graphics cards get the same in a function and tables, with the exposure left open.
+TEST(HdrDisplay, TheShaderNamesItsTablesAndItsExposure) {
+    for (const char* view : {"ACES 1.0 - SDR Video", "Un-tone-mapped"}) {
+        const DisplayShader shader = HdrDisplay(Chosen{.view = view, .exposure_stops = 1}).shader();
+        EXPECT_NE(shader.text.find(DisplayShader::function), std::string::npos);
+        EXPECT_NE(shader.text.find("uniform float " + shader.exposure_uniform), std::string::npos)
+            << shader.exposure_uniform;
+        for (const ShaderTable& table : shader.tables) {
+            EXPECT_NE(shader.text.find(table.sampler), std::string::npos);
+            EXPECT_EQ(table.values.size(), std::size_t(table.width) * std::size_t(std::max(table.height, 1)) *
+                                               std::size_t(std::max(table.depth, 1)) * std::size_t(table.channels));
+        }
+        EXPECT_FALSE(shader.tables.empty());
+    }
+}
+
 std::string refusal(const HdrDisplaySettings& settings) {
     try {
         const HdrDisplay display(settings);
@@ -259,6 +285,8 @@ TEST(HdrDisplay, WhatItDoesNotKnowIsSaidInOneLine) {
     };
     says(Chosen{.view = "Filmic"}, "view: expected one of \"ACES 1.0 - SDR Video\", \"Un-tone-mapped\"");
     says(Chosen{.display = "TV"}, "display: expected one of \"sRGB - Display\"");
+    for (const double stops : {-20.0, 20.0})
+        EXPECT_EQ(refusal(Chosen{.exposure_stops = stops}), "");
     says(Chosen{.exposure_stops = 21}, "exposure: expected -20 to 20 stops, found 21");
     says(Chosen{.exposure_stops = std::nan("")}, "exposure: expected");
     const std::string text = refusal(Chosen{.config = "/no/such/config.ocio"});

@@ -11,7 +11,8 @@
 namespace equistream::depth_rows {
 namespace {
 
-constexpr std::size_t longest = 203;  // no multiple of any vector
+constexpr std::size_t odd = 203;    // no multiple of any vector
+constexpr std::size_t wide = 4500;  // more than is kept of a row at a time
 
 /// One set of rows under each instruction set that this machine has.
 class EveryInstructionSet : public testing::Test {
@@ -27,7 +28,7 @@ protected:
             hwy::SetSupportedTargetsForTest(bit);
             SCOPED_TRACE(hwy::TargetName(bit));
             const Rows simd = simd_rows();
-            for (const std::size_t size : {std::size_t(1), std::size_t(64), longest})
+            for (const std::size_t size : {std::size_t(1), std::size_t(64), odd, wide})
                 for (const bool has_empty : {false, true})
                     check(simd, plain, DepthRange{0.0315, 0.4, has_empty}, size);
             ++tried;

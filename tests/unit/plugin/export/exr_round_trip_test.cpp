@@ -2,12 +2,14 @@
 #include "frame_fixture.h"
 
 #include <equistream/error.h>
+#include <equistream/window.h>
 #include <tests/unit/atlas_fixture.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <tuple>
 
 namespace equistream::testing {
 namespace {
@@ -95,6 +97,20 @@ TEST_F(ExrRoundTrip, perspective_partial_range_and_empty_names) {
     frame.info.camera = EquirectCamera{8, 4, {-1.0 / 3, 0.1, -0.2, 0.7}};
     write_exr(file, frame);
     expect_same_info(frame.info, read_exr_info(file));
+}
+
+TEST_F(ExrRoundTrip, windows_histories_denoisers_and_stereo_spheres_are_said) {
+    Frame frame = test_frame(64, 48);
+    frame.info.denoiser = "oidn 2";
+    frame.info.accumulated_frames = 8;
+    frame.info.window_columns = 384;
+    frame.info.camera = window_camera({384, 192, 64, 48}, {352, 16});  // over the seam
+    write_exr(folder / "a.exr", frame);
+    expect_same_info(frame.info, read_exr_info(folder / "a.exr"));
+    frame.info = test_info(64, 48);
+    ASSERT_TRUE(make_ods(frame.info));
+    write_exr(folder / "a.exr", frame);
+    expect_same_info(frame.info, read_exr_info(folder / "a.exr"));
 }
 
 TEST_F(ExrRoundTrip, chosen_planes_only) {
@@ -227,24 +243,40 @@ TEST_F(ExrRoundTrip, openimageio_reads_the_attributes) {
         EXPECT_EQ(static_cast<const int*>(rate->data())[1], 1001);
         EXPECT_NE(spec.find_attribute("chromaticities"), nullptr);
     }
+    for (const auto& [rate, over, under] :
+         {std::tuple(24.0, 24, 1), {24000.0 / 1001, 24000, 1001}, {12.5, 12500000, 1000000}}) {
+        frame.info.frames_per_second = rate;
+        write_exr(file, frame);
+        const OIIO::ImageSpec spec = OIIO::ImageInput::open(file.string())->spec(0);
+        const auto* said = static_cast<const int*>(spec.find_attribute("FramesPerSecond")->data());
+        EXPECT_EQ(said[0], over);
+        EXPECT_EQ(said[1], under);
+        EXPECT_EQ(read_exr_info(file).frames_per_second, rate);
+    }
 }
 
 /// A compositor crops what is empty: the rest is no whole sphere.
 TEST_F(ExrRoundTrip, a_part_of_a_picture_is_refused) {
-    OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeDesc::HALF);
-    spec.x = 4;
-    spec.full_width = 32;
-    spec.full_height = 8;
-    const auto out = OIIO::ImageOutput::create("a.exr");
-    const std::vector<float> pixels(16 * 8 * 3, 0.5f);
-    ASSERT_TRUE(out->open((folder / "a.exr").string(), spec));
-    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
-    ASSERT_TRUE(out->close());
-    try {
-        read_exr(folder / "a.exr");
-        FAIL();
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("equistream import"), std::string::npos) << error.what();
+    struct Crop {
+        int left, top, width, height;
+    };
+    for (const Crop crop : {Crop{4, 0, 16, 8}, {0, 0, 16, 8}, {0, 2, 32, 6}, {0, 0, 32, 6}}) {
+        OIIO::ImageSpec spec(crop.width, crop.height, 3, OIIO::TypeDesc::HALF);
+        spec.x = crop.left;
+        spec.y = crop.top;
+        spec.full_width = 32;
+        spec.full_height = 8;
+        const auto out = OIIO::ImageOutput::create("a.exr");
+        const std::vector<float> pixels(std::size_t(crop.width * crop.height * 3), 0.5f);
+        ASSERT_TRUE(out->open((folder / "a.exr").string(), spec));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+        ASSERT_TRUE(out->close());
+        try {
+            read_exr(folder / "a.exr");
+            ADD_FAILURE() << crop.left << " " << crop.top;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("equistream import"), std::string::npos) << error.what();
+        }
     }
 }
 
@@ -253,6 +285,8 @@ TEST_F(ExrRoundTrip, a_foreign_file_has_default_info_and_opaque_alpha) {
     const auto out = OIIO::ImageOutput::create(file.string());
     OIIO::ImageSpec spec(6, 3, 3, OIIO::TypeDesc::FLOAT);
     spec.attribute("compression", "zips");
+    spec.x = spec.full_x = 5;
+    spec.y = spec.full_y = 7;
     ASSERT_TRUE(out->open(file.string(), spec));
     std::vector<float> pixels(6 * 3 * 3);
     for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -260,6 +294,7 @@ TEST_F(ExrRoundTrip, a_foreign_file_has_default_info_and_opaque_alpha) {
     ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
     out->close();
     const Frame frame = read_exr(file);
+    EXPECT_EQ(frame.planes.at("colour").pixel(0, 0)[0], pixels.front());
     EXPECT_EQ(frame.planes.at("colour").pixel(5, 2)[2], pixels.back());
     EXPECT_EQ(frame.planes.at("colour").pixel(5, 2)[3], 1.0f);
     EXPECT_EQ(width_of(frame.info.camera), 6);

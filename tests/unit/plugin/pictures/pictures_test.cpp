@@ -1,14 +1,20 @@
+#include <plugin/pictures/encoded_image.h>
+
 #include <equistream/error.h>
 #include <equistream/picture.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace equistream {
 namespace {
@@ -80,6 +86,53 @@ TEST(PictureFile, DamageAnywhereIsOneErrorAndLibpngStaysSilent) {
     within = static_cast<char>(within ^ 1);
     std::ofstream(file, std::ios::binary) << damaged;
     EXPECT_EQ(error_of_reading(file), file.string() + ": expected a whole PNG picture, found a damaged chunk IDAT");
+}
+
+std::vector<std::uint8_t> bytes_of(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(EncodedImage, SaysItsChannelsAlphaAndFormat) {
+    const fs::path file = fs::path(testing::TempDir()) / "encoded.png";
+    for (const int channels : {1, 2, 3, 4}) {
+        ByteImage written = gradient(channels);
+        if (channels % 2 == 0)  // opaque: the PNG writer divides by alpha
+            for (int y = 0; y < written.height(); ++y)
+                for (int x = 0; x < written.width(); ++x)
+                    written.pixel(x, y)[channels - 1] = 255;
+        write_picture(file, written.view());
+        const std::vector<std::uint8_t> bytes = bytes_of(file);
+        EncodedImage image(bytes, "a.png", "scene.gltf");
+        EXPECT_EQ(image.width(), 37);
+        EXPECT_EQ(image.height(), 19);
+        EXPECT_EQ(image.channels(), channels);
+        EXPECT_EQ(image.alpha_channel(), channels % 2 == 0 ? channels - 1 : -1);
+        EXPECT_TRUE(std::ranges::equal(image.read(), written.samples()));
+    }
+    EXPECT_STREQ(image_format({}, "x.TGA"), "targa");
+    EXPECT_STREQ(image_format({}, ".tga"), "targa");
+    EXPECT_EQ(image_format({}, "tga"), nullptr);
+    EXPECT_EQ(image_format({}, "x.png"), nullptr);
+}
+
+TEST(EncodedImage, RefusesWhatIsCutOrOfNoFormat) {
+    const auto refusal = [](const std::vector<std::uint8_t>& bytes) -> std::string {
+        try {
+            const EncodedImage image(bytes, "a", "scene.gltf");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refusal({0xff, 0xd8, 0xff, 0xe0}), "scene.gltf: expected a whole JPEG image, found one without its end");
+    EXPECT_NE(refusal({'x', 'y'}).find("found other data"), std::string::npos);
+    EXPECT_NE(refusal({0xff}).find("found other data"), std::string::npos);
+    const fs::path file = fs::path(testing::TempDir()) / "encoded.png";
+    write_picture(file, gradient(3).view());
+    std::vector<std::uint8_t> cut = bytes_of(file);
+    cut.resize(cut.size() / 2);
+    EXPECT_NE(refusal(cut).find("expected a whole PNG image"), std::string::npos);
 }
 
 TEST(PictureFile, AnUnwritableFolderIsAWorkErrorAndLeavesNothing) {
@@ -154,6 +207,42 @@ TEST_F(FalseColour, OppositeMotionsHaveOppositeHuesAndNoneIsBlack) {
     EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
     EXPECT_EQ(brightness(picture.pixel(1, 1)), 255);
     EXPECT_NE(*picture.pixel(1, 1), *picture.pixel(2, 1));
+}
+
+std::array<int, 3> colour_at(const ByteImage& picture, int x, int y) {
+    const std::uint8_t* rgb = picture.pixel(x, y);
+    return {rgb[0], rgb[1], rgb[2]};
+}
+
+/// Hue, saturation and value turned into sRGB by hand.
+TEST_F(FalseColour, ColoursAreThoseOfTheLegend) {
+    const ByteImage depth = picture_of_plane(frame, "depth", display);
+    EXPECT_EQ(colour_at(depth, 1, 0), (std::array{255, 38, 38}));
+    EXPECT_EQ(colour_at(depth, 2, 0), (std::array{19, 13, 89}));
+    const ByteImage motion = picture_of_plane(frame, "backward", display);
+    EXPECT_EQ(colour_at(motion, 1, 1), (std::array{51, 255, 255}));
+    EXPECT_EQ(colour_at(motion, 2, 1), (std::array{255, 51, 51}));
+    EXPECT_EQ(colour_at(picture_of_plane(frame, "object_id", display), 1, 0), (std::array{67, 97, 168}));
+    FloatImage pairs(4, 2, 12, 0.0f);
+    pairs.pixel(1, 0)[0] = std::bit_cast<float>(1u);
+    pairs.pixel(1, 0)[1] = 0.5f;
+    pairs.pixel(2, 0)[10] = std::bit_cast<float>(1u);  // the last rank, and all of the pixel
+    pairs.pixel(2, 0)[11] = 1.0f;
+    frame.planes["crypto_object"] = std::move(pairs);
+    const ByteImage matte = picture_of_plane(frame, "crypto_object", display);
+    EXPECT_EQ(colour_at(matte, 0, 0), (std::array{0, 0, 0}));
+    EXPECT_EQ(colour_at(matte, 1, 0), (std::array{34, 48, 84}));
+    EXPECT_EQ(colour_at(matte, 2, 0), (std::array{67, 97, 168}));
+}
+
+TEST_F(FalseColour, MotionsAreBesideTheLongestOrAFiftiethOfTheWidth) {
+    FloatImage motion(100, 2, 2, 0.0f);
+    motion.pixel(1, 1)[0] = 0.72f;
+    motion.pixel(2, 1)[0] = 50.0f;
+    frame.planes["backward"] = std::move(motion);
+    const ByteImage picture = picture_of_plane(frame, "backward", display);
+    EXPECT_EQ(colour_at(picture, 1, 1), (std::array{31, 153, 153}));  // 0.6, the root of 0.72 / 2
+    EXPECT_EQ(brightness(picture.pixel(2, 1)), 255);
 }
 
 TEST_F(FalseColour, NormalsPointUpInGreenAndIdsDiffer) {

@@ -84,7 +84,7 @@ inline void expect_same_atlas(const PatchAtlas& a, const PatchAtlas& b) {
     EXPECT_EQ(a.slots, b.slots);
 }
 
-/// Every field bit for bit.
+/// Every field bit for bit, but for what moves.
 inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.index, b.index);
     EXPECT_EQ(a.time_s, b.time_s);
@@ -123,6 +123,8 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.crf, b.crf);
     EXPECT_EQ(a.visible_loss, b.visible_loss);
     EXPECT_EQ(a.denoiser, b.denoiser);
+    EXPECT_EQ(a.accumulated_frames, b.accumulated_frames);
+    EXPECT_EQ(a.window_columns, b.window_columns);
     EXPECT_EQ(a.packing, b.packing);
 }
 
