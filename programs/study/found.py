@@ -42,7 +42,7 @@ def error(scored, eye=None, scale="linear", kind=NOISE_FREE):
 def db(scored, eye=None, scale="linear", kind=NOISE_FREE):
     """Of error(): a bound where its interval reaches zero; None where even that is unknown."""
     figures = error(scored, eye, scale, kind)
-    return figures and figures["db_low" if figures["only_bounded"] else "db"]
+    return figures and figures["db_low" if figures.get("only_bounded", False) else "db"]
 
 
 def whole_db(scored, eye=None):

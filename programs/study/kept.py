@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 from steps import write_whole
 
 DIGITS = 10
-INTERVAL = ("mean_square", "mean_square_low", "mean_square_high", "db", "db_low", "db_high", "only_bounded")
+INTERVAL = ("mean_square", "mean_square_low", "mean_square_high", "db", "db_low", "db_high")
 OF_PICTURES = ("width", "height", "frames", "identical", "psnr_mean_of_frames_db")
 """What `compare` says of pictures that every result says once, or that no table shows."""
 WORST = ("whole_worst_percent", "noise_free_worst_percent")
@@ -34,7 +34,7 @@ def lean(value, left_out=(), within=""):
     if not isinstance(value, dict):
         return value
     if "mean_square_low" in value:
-        return {key: lean(value[key]) for key in INTERVAL if key in value}
+        return {key: lean(value[key]) for key in INTERVAL if key in value} | ({"only_bounded": True} if value.get("only_bounded") else {})
     dropped = (*left_out, *(OF_PICTURES if "identical" in value else ()))
     return {key: lean(each, left_out, key) for key, each in value.items() if key not in dropped and f"{within}.{key}" not in dropped}
 
@@ -138,7 +138,7 @@ def lean_svg(text):
 
 
 def share_class(group):
-    """The look of a curve's marks, which is one, is said once, by their group."""
+    """Marks of one curve look alike: their group says the look once."""
     classes = {child.get("class") if child.tag == f"{{{SVG}}}use" else None for child in group}
     if len(group) > 1 and len(classes) == 1 and None not in classes and "class" not in group.attrib:
         group.set("class", classes.pop())

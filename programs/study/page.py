@@ -26,7 +26,7 @@ def level(entry, kind):
     """dB, whether that is a bound, and the ends of its interval; None where this kind was not measured. The whole error is of display values."""
     scale = "display" if kind == WHOLE else "linear"
     figures = error(entry, scale=scale, kind=kind)
-    return figures and {"db": db(entry, scale=scale, kind=kind), "bounded": figures["only_bounded"], "low": figures["db_low"], "high": figures["db_high"]}
+    return figures and {"db": db(entry, scale=scale, kind=kind), "bounded": figures.get("only_bounded", False), "low": figures["db_low"], "high": figures["db_high"]}
 
 
 def point(entry, titles):

@@ -27,7 +27,7 @@ def error_text(figures):
         return "identical"
     if figures["db_low"] is None:
         return "none found"
-    if figures["only_bounded"]:
+    if figures.get("only_bounded", False):
         return f"> {figures['db_low']:.1f}"
     return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
 
@@ -46,7 +46,7 @@ def error_short(figures):
     """dB alone; a bound where the interval reaches zero error; - without one."""
     if figures is None:
         return "-"
-    if figures["only_bounded"]:
+    if figures.get("only_bounded", False):
         return "-" if figures["db_low"] is None else f"> {figures['db_low']:.1f}"
     return f"{figures['db']:.1f}"
 
@@ -65,6 +65,7 @@ def place(page, name, scene, text):
     """Puts `text` between `<!-- table NAME SCENE -->` and `<!-- end -->`; at the end where there is no such marker yet."""
     marker = f"<!-- table {name} {scene} -->"
     block = f"{marker}\n{text}\n<!-- end -->"
+    assert page.count(marker) <= 1, f"{marker} twice"
     if marker not in page:
         return page.rstrip("\n") + f"\n\n{block}\n"
     return re.sub(re.escape(marker) + r".*?<!-- end -->", lambda _: block, page, flags=re.S)

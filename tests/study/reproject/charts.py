@@ -28,7 +28,7 @@ HOLLOW = ("sphere", "lean", "mesh-plain", "paper")
 def eye_decibels(entry):
     """dB of each eye and of both together, on linear values; a bound where the interval reaches zero error."""
     figures = [results.error(entry, eye, "linear") for eye in results.EYES] + [results.both_eyes(entry, "linear")]
-    return [figure["db_low"] if figure["only_bounded"] else figure["db"] for figure in figures]
+    return [figure["db_low"] if figure.get("only_bounded", False) else figure["db"] for figure in figures]
 
 
 def draw_panel(axes, result, head):
