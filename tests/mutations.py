@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT / "programs/study"))
 from steps import provenance, write_whole  # noqa: E402
 
 FOLDERS = "plugin", "client", "host-adapters"
-# Code that no unit test of its folder has: what is built of it, and the tests that run it.
+# Folders whose code other tests run too: targets to build, and those tests.
 PIPELINE_TESTS = "client_plan_test", "client_choice_test", "client_views_test", "client_frame_player_test"
 RUN_BY = {
     "host-adapters/mitsuba3": (("equistream-render-mitsuba", "equirect", "equirect_aov"),

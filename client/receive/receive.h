@@ -91,9 +91,9 @@ public:
     /// picture of it has come. Of folders none.
     virtual std::vector<std::string> transfers() const = 0;
     virtual FeedSummary summary() const = 0;
-    /// From here on next() gives the frames from this one on, not before FeedOptions::first_frame; of a stream no more
-    /// is decoded for that than the group of pictures it is in. False where that cannot be done (StreamReader::seek,
-    /// before the first frame, with frames_ahead): the feed is of no further use then.
+    /// From here on next() gives the frames from this one on, also where it is before FeedOptions::first_frame; of a
+    /// stream no more is decoded for that than the group of pictures it is in. False where that cannot be done
+    /// (StreamReader::seek, before the first frame, with frames_ahead): the feed is of no further use then.
     virtual bool seek(std::int64_t frame) = 0;
 };
 

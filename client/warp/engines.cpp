@@ -91,8 +91,10 @@ bool same_position(const Pose& a, const Pose& b) {
 }
 
 bool same_pose(const Pose& a, const Pose& b) {
-    const double cosine_half_angle = std::abs(glm::dot(a.orientation, b.orientation));
-    return same_position(a, b) && cosine_half_angle > 1 - 1e-15;
+    // Of lengths as readers accept them, which are 1 within a thousandth.
+    const double dot = glm::dot(a.orientation, b.orientation);
+    const double lengths = glm::dot(a.orientation, a.orientation) * glm::dot(b.orientation, b.orientation);
+    return same_position(a, b) && dot * dot > (1 - 2e-15) * lengths;
 }
 
 bool same_camera(const Camera& a, const Camera& b) {

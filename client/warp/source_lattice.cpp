@@ -133,10 +133,16 @@ SourceLattice::Summary SourceLattice::summarise(int block_x, int block_y) const 
     const int x0 = first_column() + block_x * side, y0 = first_row() + block_y * side;
     const int x1 = std::min(x0 + side, width()), y1 = std::min(y0 + side, height());
     const float infinity = std::numeric_limits<float>::infinity();
+    // Beyond the picture's own samples, where the lattice has a point.
+    const auto is_edge = [&](int x, int y) {
+        const bool is_beyond = x < -1 || y < -1 || x > width() || y > height();
+        return (x < 0 || x >= width() || y < 0 || y >= height()) && (!is_beyond || is_sample(x, y));
+    };
     float nearest_m = infinity, farthest_m = 0;
-    for (int y = std::max(y0, 0); y <= std::min(y1, height() - 1); ++y) {
+    // With those beside it, since what its cells lead on by may be a step to one of them.
+    for (int y = std::max(y0 - 1, 0); y <= std::min(y1 + 1, height() - 1); ++y) {
         const float* row = depth_m_.row(y);
-        const int begin = std::max(x0, 0), end = std::min(x1 + 1, width());
+        const int begin = std::max(x0 - 1, 0), end = std::min(x1 + 2, width());
         for (int x = begin; x < end; ++x) {
             const float r = row[x] > 0 ? row[x] : infinity;
             nearest_m = std::min(nearest_m, r);
@@ -144,10 +150,10 @@ SourceLattice::Summary SourceLattice::summarise(int block_x, int block_y) const 
         }
     }
     // Cells that go round the seam or over a pole end on points that lie elsewhere in the picture, or on its edge.
-    if (x0 < 0 || x1 == width() || y0 < 0 || y1 == height())
-        for (int y = y0; y <= y1; ++y)
-            for (int x = x0; x <= x1; ++x)
-                if (x < 0 || x == width() || y < 0 || y == height()) {
+    if (x0 <= 0 || x1 + 1 >= width() || y0 <= 0 || y1 + 1 >= height())
+        for (int y = y0 - 1; y <= y1 + 1; ++y)
+            for (int x = x0 - 1; x <= x1 + 1; ++x)
+                if (is_edge(x, y)) {
                     const float k = point(x, y).k;
                     nearest_m = k > 0 ? std::min(nearest_m, 1 / k) : nearest_m;
                     farthest_m = k > 0 ? std::max(farthest_m, 1 / k) : infinity;

@@ -54,10 +54,10 @@ void find_joined(const LatticeBlock& block, const DepthAgreement& same_surface, 
 /// row 0 on the other side of the pole. Where a picture ends, points -1, W and H lie on its edge, half a pixel out.
 class SourceLattice {
 public:
-    /// What a block holds, and beside it the points that its cells end on.
+    /// What a block holds with the points that its cells end on, and the samples beside those.
     struct Summary {
-        float nearest_inverse_m = 0;           ///< no k in it is larger; 0 where nothing is known
-        float farthest_inverse_m = 0;          ///< nor smaller
+        float nearest_inverse_m = 0;           ///< largest k that its cells may have; 0 where nothing is known
+        float farthest_inverse_m = 0;          ///< smallest k that they may have
         glm::vec3 axis;                        ///< the middle of its directions
         float cos_radius = 1, sin_radius = 0;  ///< of the cone around it that holds them all
     };

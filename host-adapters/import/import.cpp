@@ -246,9 +246,14 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/// The last run of digits before the extension is the frame's number; without one, or where it is no frame's number, it
-/// is frame 0.
-std::pair<Pattern, std::int64_t> parted(const fs::path& file) {
+/// The last run of digits before the extension is the frame's number; without one, or where it is above the highest, as
+/// a date with its time is, that is 0.
+struct PartedName {
+    Pattern pattern;
+    std::int64_t index = 0;
+    bool is_beyond = false;  ///< the number is above the highest
+};
+PartedName parted(const fs::path& file) {
     const std::string name = file.filename().string();
     const std::size_t extension = std::min(name.rfind('.'), name.size());
     std::size_t end = extension;
@@ -260,8 +265,13 @@ std::pair<Pattern, std::int64_t> parted(const fs::path& file) {
     std::int64_t index = 0;
     const auto [last, error] = std::from_chars(name.data() + begin, name.data() + end, index);
     if (error != std::errc() || index > max_frame_index)
-        return {{file.parent_path(), name.substr(0, extension), name.substr(extension)}, 0};
+        return {{file.parent_path(), name.substr(0, extension), name.substr(extension)}, 0, begin != end};
     return {{file.parent_path(), name.substr(0, begin), name.substr(end)}, index};
+}
+
+InputError beyond_numbers(const fs::path& file, const std::string& found) {
+    return InputError(
+        expected_found(file.string(), "a frame's number from 0 to " + std::to_string(max_frame_index), found));
 }
 
 std::vector<fs::path> files_in(const fs::path& folder) {
@@ -297,9 +307,7 @@ void add_pattern(const fs::path& source, std::map<Pattern, Numbered>& sets) {
         if (end_of_number != last || index < 0)
             continue;
         if (error != std::errc() || index > max_frame_index)
-            throw InputError(expected_found(file.string(),
-                                            "a frame's number from 0 to " + std::to_string(max_frame_index),
-                                            std::string(first, last)));
+            throw beyond_numbers(file, std::string(first, last));
         frames[index] = file;
     }
     if (frames.empty())
@@ -350,8 +358,10 @@ FileSets find_files(const std::vector<std::string>& sources) {
         if (files.empty())
             throw InputError(expected_found(source, "EXR files", "none"));
         for (const fs::path& file : files) {
-            const auto [pattern, index] = parted(file);
-            sets[pattern][index] = file;
+            const PartedName name = parted(file);
+            if (name.is_beyond && (files.size() > 1 || sources.size() > 1))
+                throw beyond_numbers(file, "a higher one; a file that is given alone is frame 0");
+            sets[name.pattern][name.index] = file;
         }
     }
     FileSets found;

@@ -41,8 +41,8 @@ enum class NormalSpace {
 struct SourceConventions {
     std::string name = "none";  ///< of the preset
     DepthKind depth = DepthKind::radial;
-    double depth_scale_m = 1;          ///< metres a unit
-    double near_plane_m = 0;           ///< what depth was shortened by, along the camera's axis
+    double depth_scale_m = 1;  ///< metres a unit
+    double near_plane_m = 0;   ///< what depth was shortened by, along the camera's axis; a preset's in the scene's unit
     std::optional<double> miss_value;  ///< exactly this means nothing was hit
     double miss_above = 1e9;           ///< this and more too, before scaling
     std::optional<MotionConvention> backward, forward;

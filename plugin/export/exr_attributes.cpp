@@ -220,8 +220,9 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
     info.ipd_m = in.number("equistream:ipd", 0, max_ipd_m);
     if (in.text("equistream:camera") == "ods" && !make_ods(info))
-        throw InputError(expected_found(in.file() + ": equistream:eye",
-                                        "left or right with camera ods, and eyes that are apart", "others"));
+        in.refuse(info.ipd_m > 0 ? "equistream:eye" : "equistream:ipd",
+                  "with camera ods, left or right eyes that are apart",
+                  info.ipd_m > 0 ? in.text("equistream:eye") : "0");
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
     info.head_radius_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);

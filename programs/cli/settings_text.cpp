@@ -5,6 +5,7 @@
 
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 namespace equistream::cli {
 
@@ -22,6 +23,32 @@ std::string_view without_remark(std::string_view text) {
         if (text[i] == '#' && (i == 0 || blanks.find(text[i - 1]) != blanks.npos))
             return trimmed(text.substr(0, i));
     return text;
+}
+
+struct ListPart {
+    std::string_view text;  ///< without a remark
+    bool is_end = false;
+    std::string_view behind;  ///< the end, without a remark
+    bool is_open = false;     ///< a quote has no end
+};
+
+/// Of one line of a list. Quotes count where an item begins.
+ListPart list_part(std::string_view line) {
+    char quote = 0;
+    bool begins = true;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        const char c = line[i];
+        if (quote != 0)
+            quote = c == quote ? '\0' : quote;
+        else if (is_quote(c) && begins)
+            quote = c;
+        else if (c == ']')
+            return {line.substr(0, i + 1), true, without_remark(trimmed(line.substr(i + 1)))};
+        else if (c == '#' && (i == 0 || blanks.find(line[i - 1]) != blanks.npos))
+            return {trimmed(line.substr(0, i)), false, {}};
+        begins = c == ',' || c == '[' || (begins && blanks.find(c) != blanks.npos);
+    }
+    return {line, false, {}, quote != 0};
 }
 
 /// Of one line, without brackets: what CLI11 takes for one value. Empty `problem`: nothing is wrong.
@@ -50,14 +77,28 @@ std::string one_value(std::string_view value, std::string& problem) {
 std::string settings_for_reader(const std::string& text, const std::string& file) {
     std::istringstream lines(text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text);
     std::string line, result;
-    bool in_list = false;  // of several lines, which CLI11 puts together
-    for (int number = 1; std::getline(lines, line); ++number) {
+    const auto refuse = [&](int number, const std::string& expected, std::string_view found) {
+        throw InputError(expected_found(file + ":" + std::to_string(number), expected, "'" + std::string(found) + "'"));
+    };
+    int list_begins = 0;  // line number; 0: in no list
+    int number = 1;
+    for (; std::getline(lines, line); ++number) {
         const std::string_view bare = trimmed(line);
         const std::size_t equals = bare.find('=');
         const std::string_view value = equals == bare.npos ? "" : trimmed(bare.substr(equals + 1));
-        if (in_list || value.starts_with('[')) {
-            result += std::string(bare) + '\n';
-            in_list = bare.find(']') == bare.npos;
+        if (list_begins > 0 || value.starts_with('[')) {
+            const ListPart part = list_part(list_begins > 0 ? bare : value);
+            if (part.is_open)
+                refuse(number, "a quote at the value's end", bare);
+            if (!part.behind.empty())
+                refuse(number, "nothing behind a list's ]", part.behind);
+            if (list_begins == 0) {
+                list_begins = number;
+                result += std::string(bare.substr(0, equals)) + "= ";
+            }
+            result += part.text;
+            if (part.is_end)  // one line, and as many as it was
+                result += std::string(std::size_t(number - std::exchange(list_begins, 0) + 1), '\n');
         } else if (bare.empty() || bare.front() == '#' || bare.front() == ';' || bare.front() == '[' ||
                    equals == bare.npos) {
             result += std::string(without_remark(bare)) + '\n';
@@ -65,10 +106,11 @@ std::string settings_for_reader(const std::string& text, const std::string& file
             std::string problem;
             result += std::string(bare.substr(0, equals)) + "= " + one_value(value, problem) + '\n';
             if (!problem.empty())
-                throw InputError(
-                    expected_found(file + ":" + std::to_string(number), problem, "'" + std::string(value) + "'"));
+                refuse(number, problem, value);
         }
     }
+    if (list_begins > 0)
+        refuse(list_begins, "a list that ends with ]", "[");
     return result;
 }
 

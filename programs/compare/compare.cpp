@@ -11,8 +11,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdio>
+#include <mutex>
 
 namespace {
 
@@ -128,9 +128,14 @@ void compare(Arguments& arguments, const cli::CommandLine& app) {
     std::vector<EyeScore> scores;
     {
         cli::Progress progress("comparing", static_cast<double>(pictures), cli::parse_progress(arguments.progress));
-        std::atomic<int> done = 0;
+        std::mutex mutex;
+        int done = 0;
         for (const EyePairs& eye : eyes)
-            scores.push_back(compare_eye(eye, arguments.comparison, [&] { progress.set(++done); }));
+            scores.push_back(compare_eye(eye, arguments.comparison, [&] {
+                const std::lock_guard lock(mutex);
+                ++done;
+                progress.step(done, "picture " + std::to_string(done));
+            }));
     }
     const std::string json = json_text(report(arguments, scores), 2) + "\n";
     if (arguments.json)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <optional>
 
 namespace equistream {
 
@@ -123,9 +124,12 @@ void run(const Options& options) {
     const EncodeRequest request = request_of(options);
     EncodeReport report;
     {
-        cli::Progress progress("encode", static_cast<double>(request.sources.frames.size()), style);
+        std::optional<cli::Progress> progress;  // from the first frame on: trials of depth take what they take
         report = encode_sequence(request, [&](std::size_t done) {
-            progress.step(static_cast<double>(done), "frame " + std::to_string(request.sources.frames[done - 1]));
+            if (!progress)
+                progress.emplace("encode", static_cast<double>(request.sources.frames.size()), style);
+            if (done > 0)
+                progress->step(static_cast<double>(done), "frame " + std::to_string(request.sources.frames[done - 1]));
         });
     }
     std::FILE* out = is_standard_output(request.target) ? stderr : stdout;

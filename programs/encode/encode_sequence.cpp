@@ -47,13 +47,17 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     return settings;
 }
 
-/// Options of how depth is coded want some, if only a hidden layer's or that of mirrors.
+/// Each option of how depth is coded wants a track that it changes.
 void require_depth_for_its_options(const DepthRequest& request, const DepthPlan& plan) {
-    const std::string option = request.crf              ? "--depth-crf"
-                               : request.share          ? "--depth-share"
-                               : request.halved == true ? "--depth-scale"
-                                                        : "";
-    cli::require(option.empty() || !plan.tracks.empty(), option, "depth that is coded (--depth)", "none");
+    const auto any = [&](const auto& suits) { return std::ranges::any_of(plan.tracks, suits, &DepthTrack::role); };
+    const bool beside_hidden = any([](TrackRole role) { return role != TrackRole::hidden_depth; });
+    const char* found = plan.tracks.empty() ? "none" : beside_hidden ? "none of main's" : "a hidden layer's alone";
+    const auto check = [&](const char* option, bool given, bool suits) {
+        cli::require(!given || suits, option, "depth that is coded (--depth)", found);
+    };
+    check("--depth-crf", request.crf.has_value(), !plan.tracks.empty());
+    check("--depth-share", request.share.has_value(), beside_hidden || plan.images_left_out_share.has_value());
+    check("--depth-scale", request.halved == true, any(may_be_halved));
 }
 
 /// Depth tracks of a stream being written: each group's range, and what its steps and its clamping cost.
@@ -213,6 +217,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     if (report.settings.tagged)
         measure_coding(trials, report);
     const TrackRole looked_at = plan.tiles ? TrackRole::window : request.sources.looked_at().role;
+    progress(0);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         // The next frame is read while this one is coded.
         std::future<std::vector<Picture>> next;

@@ -1,5 +1,6 @@
 #include "describe.h"
 
+#include <client/transport/address.h>
 #include <client/transport/server_connection.h>
 #include <equistream/stream.h>
 #include <programs/cli/provenance.h>
@@ -17,15 +18,25 @@ struct Entry {
     std::vector<FrameInfo> frames;
 };
 
+/// Main pictures that are looked at of what may have no end.
+constexpr std::int64_t most_watched = 300;
+
 struct Watched {
     StreamReader reader;
     std::vector<std::vector<FrameInfo>> frames;  ///< by track
+    bool is_partial = false;                     ///< it went on
 
     explicit Watched(const std::string& source)
         : reader(source, connected(source, {.rgb = false})), frames(reader.tracks().size()) {
-        while (const auto picture = reader.next())
+        const bool may_be_endless = parse_server_address(source).has_value();
+        while (!is_partial) {
+            const auto picture = reader.next();
+            if (!picture)
+                return;
             if (picture->info)
                 frames[picture->track].push_back(*picture->info);
+            is_partial = may_be_endless && reader.tracks().front().pictures >= most_watched;
+        }
     }
 
     std::vector<Entry> entries() const {
@@ -157,6 +168,8 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
     Description description;
     description.json = {{"kind", "stream"},     {"source", source},  {"container", watched.reader.container()},
                         {"whole", cut.empty()}, {"truncation", cut}, {"tracks", nlohmann::json::array()}};
+    if (watched.is_partial)
+        description.json["whole"] = nullptr;
     description.text = shown(source) + ": video, " + watched.reader.container() + "\n";
     for (const Entry& entry : watched.entries()) {
         nlohmann::json track = track_json(entry, options.each_frame);
@@ -165,7 +178,9 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
         description.json["tracks"].push_back(std::move(track));
         description.text += track_text(entry, options.each_frame);
     }
-    description.text += cut.empty() ? "whole: nothing is missing\n" : "not whole: " + cut + "\n";
+    description.text += watched.is_partial ? "partial: only the server's first 300 pictures were read\n"
+                        : cut.empty()      ? "whole: nothing is missing\n"
+                                           : "not whole: " + cut + "\n";
     return description;
 }
 

@@ -161,6 +161,8 @@ void run(const Arguments& request) {
     const SceneDescription scene = load_scene(request.scene);
     cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
     require_replaceable(request.out, scene);
+    cli::require(description_text(scene).size() < description_size_limit, request.scene.string(),
+                 "paths whose keys a description of 16 MiB holds", "more");
     const SceneModel geometry = load_model(scene, {.shading = false});
     for (const std::string& note : geometry.notes)
         std::fprintf(stderr, "equistream model: %s\n", note.c_str());

@@ -7,6 +7,7 @@
 #include <programs/cli/provenance.h>
 #include <scenes/generate/generate.h>
 #include <scenes/library/file_bytes.h>
+#include <scenes/library/write_glb.h>
 #include <scenes/mitsuba/convert.h>
 #include <scenes/mitsuba/old_scene.h>
 
@@ -57,14 +58,20 @@ void list_generators() {
 
 /// A scene made by the same command before may be replaced; one that its user has changed since may not.
 void require_no_other(const GeneratedScene& scene, const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / (scene.description.name + ".json");
-    if (!std::filesystem::exists(file))
-        return;
-    std::ostringstream there;
-    there << open_regular_file(file, "scene description").rdbuf();
-    if (there.str() != description_text(scene.description))
-        throw InputError(expected_found(file.string(), "no scene, or the one that this command makes",
-                                        "another one; choose another folder or --overwrite"));
+    const std::filesystem::path stem = folder / scene.description.name;
+    const auto require_same = [&](const std::string& extension, const std::string& what, const auto& made) {
+        const std::filesystem::path file = stem.string() + extension;
+        if (!std::filesystem::exists(file))
+            return;
+        std::ostringstream there;
+        there << open_regular_file(file, what).rdbuf();
+        if (there.str() != made())
+            throw InputError(expected_found(file.string(), "no " + what + ", or the one that this command makes",
+                                            "another one; choose another folder or --overwrite"));
+    };
+    require_same(".json", "scene", [&] { return description_text(scene.description); });
+    // Of some options the description says nothing.
+    require_same(".glb", "model", [&] { return glb_bytes(scene.model); });
 }
 
 void generate(const GenerateArguments& arguments) {
@@ -194,8 +201,10 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     generate_command.footer("Example:\n  equistream scene generate pavilion --out scenes");
     generate_command.add_option("NAME", generating->name, "which one (--list shows them)");
     generate_command.add_option("--out", generating->folder, "folder to write to, made if need be");
-    generate_command.add_option("--option", generating->options, "one of the scene's own options, NAME=VALUE")
-        .type_name("NAME=VALUE");
+    generate_command
+        .add_option("--option", generating->options, "one of the scene's own options; give it again for each")
+        .type_name("NAME=VALUE")
+        .one_word_each_time();
     generate_command
         .add_option("--knob", generating->knob,
                     "value of the scene's first option (--list shows it), such as wires --knob 0.5")

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace equistream {
@@ -79,7 +80,11 @@ double nearest_triangle(const SceneModel& model, const std::vector<Box>& boxes, 
 }
 
 void measure_path(const SceneModel& model, const SceneDescription& scene, SceneSummary& out) {
-    const auto& keys = scene.camera_path.keys();
+    std::vector<PosePath::Key> keys;  // from 0 on, where frames begin
+    if (!scene.camera_path.keys().empty())
+        keys.push_back({0, scene.camera_path.at(0)});
+    std::ranges::copy_if(scene.camera_path.keys(), std::back_inserter(keys),
+                         [](const PosePath::Key& key) { return key.time_s > 0; });
     for (std::size_t i = 1; i < keys.size(); ++i) {
         out.path_length_m += glm::length(keys[i].pose.position_m - keys[i - 1].pose.position_m);
         const glm::dvec3 a = keys[i - 1].pose.orientation * glm::dvec3(0, 0, -1);

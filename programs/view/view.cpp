@@ -97,8 +97,10 @@ void choose_what_is_shown(Arguments& arguments, const cli::CommandLine& app) {
     for (const ShownSetting& setting : shown_settings()) {
         if (setting.option == SettingOption::none || !app.is_given("--" + std::string(setting.name)))
             continue;
-        const bool is_word = setting.option == SettingOption::word;
-        for (const std::string& words : setting.set(settings.shown, is_word ? arguments.words.at(setting.name) : "on"))
+        const std::string word = setting.option == SettingOption::word ? arguments.words.at(setting.name)
+                                 : arguments.flags.at(setting.name)    ? "on"
+                                                                       : "off";
+        for (const std::string& words : setting.set(settings.shown, word))
             note(words);
     }
     settings.hdr_display = arguments.hdr.display();

@@ -95,13 +95,15 @@ private:
         to.roughness = from.gives("Ns") ? roughness_of_exponent(m.shininess) : 1;
         to.index_of_refraction = index_of_refraction(from);
         to.base_colour = diffuse;
+        if (to.transmission > 0) {
+            const glm::vec3 filter =
+                from.gives("Tf") && !is_black(colour_of(m.transmittance)) ? colour_of(m.transmittance) : glm::vec3(1);
+            to.base_colour = glm::mix(diffuse, filter, to.transmission);
+        }
         if (from.gives("Pr") || from.gives("Pm")) {
             to.metallic = std::clamp(m.metallic, 0.0f, 1.0f);
             to.roughness = from.gives("Pr") ? std::clamp(m.roughness, 0.0f, 1.0f) : to.roughness;
         } else if (to.transmission > 0) {
-            const glm::vec3 filter =
-                from.gives("Tf") && !is_black(colour_of(m.transmittance)) ? colour_of(m.transmittance) : glm::vec3(1);
-            to.base_colour = glm::mix(diffuse, filter, to.transmission);
             to.roughness = 0;
         } else if (!has_specular) {
             to.index_of_refraction = 1;

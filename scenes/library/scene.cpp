@@ -23,7 +23,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint64_t description_size_limit = 16 << 20;
 constexpr double darkest_exposure = 1e-12, brightest_exposure = 1e12;
 
 double radians(double degrees) {

@@ -111,6 +111,8 @@ SceneModel load_model(const SceneDescription& scene, const ModelOptions& options
 /// The JSON text of a description whose model lies beside it (docs/scenes.md): as the file that `model` names, or as
 /// NAME.glb where it names none.
 std::string description_text(const SceneDescription& description);
+/// Bytes of a description that load_scene reads.
+inline constexpr std::uint64_t description_size_limit = 16 << 20;
 
 /// 16 hexadecimal digits over the bytes of files, and over a text.
 std::string content_fingerprint(const std::vector<std::filesystem::path>& files, const std::string& text);

@@ -1,6 +1,7 @@
 #include "write_glb.h"
 
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/sequence.h>
 
 #include <glm/gtc/type_ptr.hpp>
@@ -115,7 +116,7 @@ private:
 
     void add_texture(const Texture& texture) {
         tinygltf::Image image;
-        image.name = texture.name;
+        image.name = as_json_holds(texture.name);
         image.mimeType = texture.mime_type;
         image.bufferView = add_view(texture.encoded.data(), texture.encoded.size(), 0);
         out_.images.push_back(image);
@@ -140,7 +141,7 @@ private:
 
     void add_material(const Material& in) {
         tinygltf::Material out;
-        out.name = in.name;
+        out.name = as_json_holds(in.name);
         out.doubleSided = in.double_sided;
         auto& surface = out.pbrMetallicRoughness;
         surface.baseColorFactor = {in.base_colour.r, in.base_colour.g, in.base_colour.b, 1.0};
@@ -173,7 +174,7 @@ private:
         const auto [entry, is_new] = shared_.try_emplace(meshes, static_cast<int>(out_.meshes.size()));
         if (is_new) {
             tinygltf::Mesh mesh;
-            mesh.name = model_.meshes[meshes.front()].name;
+            mesh.name = as_json_holds(model_.meshes[meshes.front()].name);
             for (const std::uint32_t index : meshes)
                 mesh.primitives.push_back(primitives_[index]);
             out_.meshes.push_back(mesh);
@@ -195,7 +196,7 @@ private:
         out_.nodes.resize(count);
         for (std::size_t i = 0; i < count; ++i) {
             const Object& object = model_.objects[i];
-            out_.nodes[i].name = object.name;
+            out_.nodes[i].name = as_json_holds(object.name);
             if (!meshes[i].empty())
                 out_.nodes[i].mesh = shared_mesh(meshes[i]);
             if (object.parent < 0)

@@ -32,7 +32,7 @@ class Programs:
         return result.stdout
 
     def scene(self, name, out, *options):
-        self.run("scene", "generate", name, "--out", out, *options)
+        self.run("scene", "generate", name, "--overwrite", "--out", out, *options)
         return pathlib.Path(out) / f"{name}.json"
 
 

@@ -1,4 +1,4 @@
-"""Beside Mitsuba: plugins found in either order and for every variant, renders as frames, one Embree, clear refusals."""
+"""Beside Mitsuba: plugins found in either order and for all compiled variants, renders as frames, one Embree, clear refusals."""
 
 import json
 import os
@@ -189,6 +189,60 @@ def test_a_scene_that_has_our_integrator(em):
     assert (np.isfinite(frame["depth"]) == (frame["object_id"] > 0)).all() and frame["object_id"].max() > 3
     # One bounce at most, as its own nested integrator says: light is seen and nothing that it falls on.
     assert (frame["colour"][..., :3].max(-1) > 0).mean() < 0.1
+
+
+WRAPPERS = {"aov": {"type": "aov", "aovs": "dd:depth,albedo:albedo"}, "moment": {"type": "moment"},
+            "ours": {"type": "equirect_aov", "aovs": "all"}}
+
+
+@pytest.mark.parametrize("kind", list(WRAPPERS))
+def test_wrappers_give_way_to_what_renders_colour(em, kind):
+    import mitsuba as mi
+    content = {"type": "scene", "ball": {"type": "sphere", "center": [0, 0, -3]}, "sky": {"type": "constant"}}
+    path = {"type": "path", "max_depth": 3}
+    plain, wrapped = (em.render_frame(mi.load_dict(content | {"integrator": integrator}), es.Pose(), es.EquirectCamera(64, 32), spp=2)
+                      for integrator in (path, WRAPPERS[kind] | {"nested": path}))
+    for plane in ("colour", "depth", "albedo"):
+        np.testing.assert_array_equal(wrapped[plane], plain[plane], err_msg=plane)
+
+
+def test_clipping_distances(em, scene, tmp_path):
+    """What is nearer or farther is not there, and makes another sequence."""
+    import mitsuba as mi
+    balls = mi.load_dict({"type": "scene", "near": {"type": "sphere", "center": [0, 0, -3]}, "far": {"type": "sphere", "center": [0, 0, -9], "radius": 4}})
+    camera = es.EquirectCamera(64, 32)
+    ahead = {name: em.render_frame(balls, es.Pose(), camera, spp=1, aovs="depth", **clips)["depth"][15, 31]
+             for name, clips in (("all", {}), ("near", {"near_clip": 4.5}), ("both", {"near_clip": 4.5, "far_clip": 4.9}))}
+    assert abs(ahead["all"] - 2) < 0.05 and abs(ahead["near"] - 5) < 0.05 and np.isinf(ahead["both"])
+    assert abs(em.depth_source(balls, near_clip=4.5)(camera, es.Pose())[15, 31] - 5) < 0.05
+    path = es.PosePath([(0, es.Pose()), (1, es.Pose((0.1, 0, 0)))])
+    em.render_sequence(balls, path, tmp_path, camera, frames=[0], spp=1, near_clip=4.5)
+    with pytest.raises(es.InputError, match="fingerprint"):
+        em.render_sequence(balls, path, tmp_path, camera, frames=[0], spp=1, near_clip=4)
+
+
+def test_rays_begin_in_the_sensors_medium(em):
+    import mitsuba as mi
+    fog = {"type": "homogeneous", "albedo": 0.0, "sigma_t": 1.0}
+    content = {"type": "scene", "integrator": {"type": "volpath"}, "lamp": {"type": "sphere", "radius": 2, "flip_normals": True, "bsdf": {"type": "diffuse"},
+               "emitter": {"type": "area", "radiance": 1.0}, "interior": fog}}
+    seen = [em.render_frame(mi.load_dict(content | {"sensor": {"type": "perspective"} | medium}), es.Pose(), es.EquirectCamera(16, 8), spp=16)["colour"][..., 1].mean()
+            for medium in ({}, {"medium": fog})]
+    assert abs(seen[0] - 2) < 0.3 and seen[1] < 0.4 * seen[0]  # walls that give 1 and reflect a half
+
+
+def test_variants_that_were_not_compiled_are_refused(em):
+    import mitsuba as mi
+    before = mi.variant()
+    other = next((name for name in mi.variants() if name not in em.MITSUBA_VARIANTS and not name.startswith("cuda")), None)
+    if other is None:
+        pytest.skip("all of this wheel's variants were compiled")
+    try:
+        mi.set_variant(other)
+        with pytest.raises(es.InputError, match=f"expected a variant .*, found {other}"):
+            em.to_world(es.Pose())
+    finally:
+        mi.set_variant(before)
 
 
 def test_motion_of_the_camera(em, scene):

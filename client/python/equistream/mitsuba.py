@@ -106,8 +106,8 @@ class Renderer:
     """Renders a scene's frames at our poses, whatever sensor the scene has; made once, it is not compiled again for each frame.
 
     `camera` is an EquirectCamera or PerspectiveCamera; `integrator` gives colour (default: the scene's own); `aovs` as for
-    `equistream render`. `near_clip`, `far_clip`: what is nearer or farther is not seen. It stands in the medium of the scene's
-    first sensor. `hide_emitters`: where the colour's integrator hides lamps,
+    `equistream render`. `near_clip`, `far_clip`: what is nearer or farther is not seen, in the scene's unit, along the axis
+    of a flat view and along the rays of a sphere. Rays begin in the medium of the scene's first sensor. `hide_emitters`: where the colour's integrator hides lamps,
     they are no surfaces either. Colour uses the box filter, as all our hosts. Alpha is Mitsuba's: 1 for a sky, too.
     """
 
@@ -251,7 +251,7 @@ def render_frame(scene: Any, pose: Optional[Pose] = None, camera: Optional[Camer
                  seed: int = 0, integrator: Any = None, previous: Optional[Pose] = None, next: Optional[Pose] = None,
                  info: Optional[FrameInfo] = None, near_clip: Optional[float] = None, far_clip: Optional[float] = None,
                  hide_emitters: bool = False) -> Frame:
-    """One frame of a scene: by default a full sphere, 1024x512, where the scene's own sensor stands."""
+    """One frame of a scene: by default a full sphere, 1024x512, where the scene's own sensor stands. Settings as Renderer's."""
     _require_variant()
     if pose is None:
         if not scene.sensors():
@@ -270,7 +270,7 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
 
     Frame N is at N / fps seconds; at the path's ends a missing neighbour means no movement, whichever frames are asked for.
     Frames that are there are kept if scene, path and settings are those they were made with; else the folder is refused, or
-    with `overwrite` emptied. `name` is the scene's.
+    with `overwrite` emptied. `name` is the scene's; other settings are as Renderer's.
     """
     numbers = sorted(set(frames))
     if not numbers or numbers[0] < 0:
@@ -297,14 +297,17 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
     return Sequence(folder)
 
 
-def depth_source(scene: Any, *, hide_emitters: bool = False) -> SceneDepth:
-    """Distances by Mitsuba's own rays, of patches too and without lamps where they are hidden, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser."""
+def depth_source(scene: Any, *, near_clip: Optional[float] = None, far_clip: Optional[float] = None, hide_emitters: bool = False) -> SceneDepth:
+    """Distances by Mitsuba's own rays, of patches too, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser.
+
+    What was cut away or hidden when the frames were rendered is to be given here too.
+    """
     _require_variant()
     renderers: dict[Camera, Renderer] = {}
 
     def cast(camera: Camera, pose: Pose) -> NDArray[np.float32]:
         if camera not in renderers:
-            renderers[camera] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"}, hide_emitters=hide_emitters)
+            renderers[camera] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"}, near_clip=near_clip, far_clip=far_clip, hide_emitters=hide_emitters)
         return renderers[camera].frame(pose, spp=1)["depth"]
 
     return SceneDepth(cast)

@@ -110,10 +110,17 @@ void replace_sensors(const SceneRequest& request, EditedXml& xml) {
     xml.sensor.has_pose = chosen && chosen->props.has_property("to_world");
     if (xml.sensor.has_pose)
         xml.sensor.to_world = rows_of(chosen->props.get<Transform>("to_world"));
+    // Mitsuba's flat sensors have these defaults.
+    if (!request.sensors.empty() && request.sensors.front().perspective) {
+        xml.sensor.near_clip = 1e-2;
+        xml.sensor.far_clip = 1e4;
+    }
     for (const auto& [name, clip] :
          {std::pair("near_clip", &xml.sensor.near_clip), std::pair("far_clip", &xml.sensor.far_clip)})
-        if (chosen && chosen->props.has_property(name))
+        if (chosen && chosen->props.has_property(name)) {
             *clip = chosen->props.get<double>(name);
+            xml.sensor.has_clips = true;
+        }
     for (const Child& child : theirs)
         state.root().props.remove_property(child.property);
     for (std::size_t i = 0; i < request.sensors.size(); ++i) {
@@ -141,8 +148,8 @@ bool is_one_of(const SceneNode& node, std::initializer_list<const char*> plugins
                        [&](const char* plugin) { return node.props.plugin_name() == plugin; });
 }
 
-/// What renders colour: wrappers add channels that nothing here asks for, at the cost of another render, and some names
-/// of theirs are ours.
+/// What renders colour. Wrappers add channels that nothing here asks for, at the cost of another render. Some of their
+/// channels have names of ours.
 std::size_t colour_of(const ParserState& state, std::size_t node) {
     while (is_one_of(state[node], {"equirect_aov", "aov", "moment", "stokes"})) {
         const std::vector<Child> nested = children(state[node], state, ObjectType::Integrator);

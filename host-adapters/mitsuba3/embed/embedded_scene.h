@@ -70,8 +70,9 @@ struct XmlSensor {
     Matrix34 to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< from its camera frame: +X left, +Y up, +Z forward
     int count = 0;                                          ///< sensors in the XML; with none this one is the default
     bool has_pose = false;                                  ///< by to_world
-    /// Of flat views along their axis, of spheres along rays; in the XML's unit.
+    /// Of flat views along their axis, of spheres along rays; in the XML's unit. As given, else our sensors' defaults.
     double near_clip = 0, far_clip = std::numeric_limits<double>::infinity();
+    bool has_clips = false;                    ///< one of them is given
     std::vector<std::filesystem::path> files;  ///< the XML's and those it includes and names, as far as they exist
     std::string spectra;                       ///< what was read from files of spectra
 };

@@ -33,7 +33,7 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
    - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order, or a single 0; 0
      stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
      Mitsuba joins meshes of one BSDF when it loads a scene, and orders them anew in each process:
-     ``mi.load_file(FILE, optimize=False)`` keeps them. Its command line cannot.
+     ``mi.load_file(FILE, optimize=False)`` keeps meshes and their order. Its command line has no such option.
    - |exposed|
 
  * - first_face, face_entry
@@ -209,7 +209,8 @@ public:
                 view.to_world_previous = m_previous.value();
             if (m_has_next)
                 view.to_world_next = m_next.value();
-        } else if (m_has_previous || m_has_next) {
+        } else if ((m_has_previous || m_has_next) && !m_warned_of_poses) {
+            m_warned_of_poses = true;
             Log(Warn, "equirect_aov: to_world_previous and to_world_next are the sensor's own with \"equirect\": give "
                       "them to it; these are not used");
         }
@@ -400,7 +401,7 @@ private:
         m_next{ScalarAffineTransform4f()};
     /// Number of shapes that the tables were found right for.
     uint32_t m_checked_for = (uint32_t)-1, m_entries = 0;
-    bool m_has_previous = false, m_has_next = false, m_warned = false;
+    bool m_has_previous = false, m_has_next = false, m_warned = false, m_warned_of_poses = false;
 
     MI_TRAVERSE_CB(Base, m_nested, m_tables, m_previous, m_next)
 };

@@ -51,7 +51,7 @@ private:
 
 class TileRays {
 public:
-    /// `axis`: of a flat view, in our world, along which the sensor's clipping distances count; 0: along each ray.
+    /// `axis`: unit, of a flat view, in our world: the sensor's clipping distances count along it. 0: along each ray.
     TileRays(EmbeddedScene& scene, const WorldMap& world, const glm::dvec3& axis = glm::dvec3(0))
         : scene_(scene), world_(world), axis_(axis) {}
 

@@ -17,7 +17,6 @@
 #include <unistd.h>
 
 #include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -242,7 +241,7 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
     if (!sensor.has_pose && context.options.path.empty())
         std::fprintf(stderr, "equistream render: note: %s; the head stands at its origin\n",
                      sensor.count == 0 ? "the XML has no sensor" : "the XML's sensor has no to_world");
-    if (sensor.near_clip > 0 || std::isfinite(sensor.far_clip))
+    if (sensor.has_clips)
         std::fprintf(
             stderr,
             "equistream render: note: %s has what the sensor's near_clip and far_clip cut away; `play --scene` "

@@ -55,7 +55,7 @@ struct FrameInfo {
     std::string denoiser;
     /// Above 0: colour is a mean over earlier frames too, at most so many where anything moved. Not in streams.
     std::uint32_t accumulated_frames = 0;
-    /// Above 0: a window of a sphere of so many columns (window.h), where `camera` says. Not in streams.
+    /// Above 0: a window of a sphere of so many columns (window.h); `camera` says where it lies. Not in streams.
     int window_columns = 0;
     /// Of streams: both eyes lie in the picture, the left one first. `camera`, `camera_pose` and `eye` are the left
     /// one's alone; right_eye_of() says the right one's. Not written to EXR files.

@@ -97,6 +97,17 @@ class Models(Commands):
         self.done(*generate, "--overwrite")
         self.assertEqual(file.read_text(), made)
 
+    def test_a_model_that_was_made_with_other_options_is_replaced_only_where_asked(self):
+        """A description says nothing of some; the model does."""
+        self.done("scene", "generate", "--option", "n=16", "sphere", "--out", self.scenes)
+        file = self.scenes / "sphere.glb"
+        for options in (["--option", "n=8"], ["--knob", "8"]):
+            before = contents(self.scenes)
+            self.refused(["scene", "generate", "sphere", *options, "--out", self.scenes], file, "--overwrite")
+            self.assertEqual(contents(self.scenes), before)
+        (self.scenes / "sphere.json").unlink()
+        self.refused(["scene", "generate", "sphere", "--option", "n=8", "--out", self.scenes], file, "--overwrite")
+
     def test_a_path_on_another_clock_than_what_moves_is_refused(self):
         scene = json.loads(self.description.read_text())
         for path in (scene["camera"], *scene["moving"]):
@@ -399,6 +410,9 @@ class Tiles(Commands):
             (["--fill", "none", "--fill-crf", 30], "--fill-crf: expected tracks that fill gaps (--fill), found none"),
             (["--fill", "none", "--depth-share", 0.5], "--depth-share: expected depth that is coded (--depth), found none"),
             (["--fill", "none", "--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found none"),
+            (["--depth-share", 0.5], "--depth-share: expected depth that is coded (--depth), found a hidden layer's alone"),
+            (["--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found a hidden layer's alone"),
+            (["--depth-crf", 30, "--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found a hidden layer's alone"),
             ([*tiles, "--base", 5], base + "5"),
             ([*tiles, "--base", -128], "--base"),
             ([*tiles, "--base", 256], base + "256"),

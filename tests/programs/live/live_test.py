@@ -310,6 +310,12 @@ class Embree(Live):
         viewer.wait_for_end()
         self.assertEqual({frame["samples_per_pixel"] for frame in self.received(viewer).frames}, {1})
 
+    def test_info_of_what_goes_on_is_of_what_came_first(self):
+        server = self.serve("--rate", 200)
+        said = json.loads(PROGRAMS.run("info", server.url, "--json"))
+        self.assertIsNone(said["whole"])
+        self.assertEqual(said["tracks"][0]["pictures"], 300)
+
     def test_bad_usage_is_one_line(self):
         def refused(*words):
             ran = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", "serve", "--listen", "tcp://:0", *words]], capture_output=True, text=True)

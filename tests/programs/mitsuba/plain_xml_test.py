@@ -51,13 +51,16 @@ class PlainXml(unittest.TestCase):
             nested = self.render(*parts, integrator=f'<integrator type="{kind}">{settings}{of}</integrator>', options=options, out=kind)
             for channel in ("R", "G", "B", "A", "depth.Z"):
                 np.testing.assert_array_equal(nested[channel], plain[channel], err_msg=f"{kind} {channel}")
-            small, of = (read_frame(self.root / name / "small/frame.0000.exr")["G"] for name in (kind, "plain"))
-            np.testing.assert_array_equal(small, of, err_msg=f"{kind}, small")
+            small, plain_small = (read_frame(self.root / name / "small/frame.0000.exr")["G"] for name in (kind, "plain"))
+            np.testing.assert_array_equal(small, plain_small, err_msg=f"{kind}, small")
 
     def test_bounces_are_of_the_integrator_that_renders_colour(self):
-        wrapped = '<integrator type="moment"><integrator type="path"/></integrator>'
-        frame = self.render(placed("sphere", x=0), '<emitter type="constant"/>', integrator=wrapped, options=["--max-bounces", 1])
-        self.assertGreater(frame["G"][32, 64], 0)
+        parts = [placed("sphere", x=0), placed("rectangle", scale=9, z=-4), '<emitter type="constant"/>']
+        path = '<integrator type="path"/>'
+        found = {name: self.render(*parts, integrator=integrator, options=["--max-bounces", bounces], out=name)["G"]
+                 for name, integrator, bounces in (("wrapped", f'<integrator type="moment">{path}</integrator>', 1), ("path", path, 1), ("none", path, 0))}
+        np.testing.assert_array_equal(found["wrapped"], found["path"])
+        self.assertLess(found["none"].mean(), 0.95 * found["path"].mean())
         with self.assertRaisesRegex(RuntimeError, '(?s)exit 2.*--max-bounces: expected an integrator of paths.*found "direct"'):
             self.render(placed("sphere", x=0), integrator='<integrator type="direct"/>', out="direct", options=["--max-bounces", 1])
 
@@ -70,6 +73,17 @@ class PlainXml(unittest.TestCase):
             self.assertAlmostEqual(frame["depth.Z"][32, 64], nearest, delta=0.02)
             hidden = read_frame(self.root / str(nearest) / "hidden/frame.0000.exr")["depth.Z"]
             self.assertEqual(np.isfinite(hidden).any(), hides)  # at the wall's own border it is the sky
+
+    def test_clipping_distances_of_a_flat_view_are_along_its_axis(self):
+        """The wall is 15 before it, and farther off in the corners."""
+        parts = [placed("sphere", z=4), placed("rectangle", scale=40, z=-9), '<emitter type="constant"/>']
+        clips = '<float name="near_clip" value="3.2"/><float name="far_clip" value="15.1"/>'
+        for name, sensor, hides in (("all", SENSOR, True), ("cut", SENSOR.replace('"perspective">', f'"perspective">{clips}'), False)):
+            frame = self.render(*parts, sensor=sensor, out=name, options=["--camera", "perspective", "--size", "128x96", "--spp", 4, "--layers", "--ipd", 1])
+            hidden = read_frame(self.root / name / "hidden/frame.0000.exr")["depth.Z"]
+            self.assertEqual(np.isfinite(hidden).any(), hides)
+            self.assertTrue(np.isfinite(frame["depth.Z"][0, 0]))
+            self.assertGreater(frame["depth.Z"][0, 0], 15.1)
 
     def test_streams_of_one_shape_are_streams_of_their_own(self):
         """A window and the other eye's view, both of 480x240 pixels: two sensors that are alike."""

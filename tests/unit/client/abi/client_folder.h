@@ -26,7 +26,7 @@ protected:
         for (int index = 1; index < frame_count; ++index)
             write_again(index);
     }
-    /// As seen from there.
+    /// As seen from `pose`.
     void write_frame(int index, const Pose& pose) {
         const EquirectCamera camera{columns, columns / 2, {}};
         const Rendered seen = render(ball_and_wall, red_and_smooth, camera, pose);

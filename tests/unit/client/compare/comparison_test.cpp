@@ -365,5 +365,22 @@ TEST_F(PicturePairs, MoreFramesInTheTruthNeedARange) {
     EXPECT_NE(error_of(options("a", "t")).find("found 3 frames"), std::string::npos);
 }
 
+/// 188 is 0.502886 in linear light.
+TEST_F(Comparison, APngsLightIsThatOfItsCodes) {
+    EyePairs pairs = pair_of(make_png("a.png", 188), make_exr("t.exr", 0.25f, 1));
+    pairs.pairs[0].second_truth = make_exr("t2.exr", 0.25f, 1);
+    ComparisonOptions options;
+    options.whole = true;
+    EXPECT_NEAR(std::sqrt(compare_eye(pairs, options).whole.all->linear.mean_square), 0.502886 - 0.25, 2e-4);
+}
+
+TEST(UnbiasedText, SaysWhatIsKnown) {
+    EXPECT_EQ(unbiased_text({0.01, 0.001, 0.1, 1, 1}), "20.00 dB [10.00, 30.00]");
+    EXPECT_EQ(unbiased_text({0.01, -1, 0.1, 1, 1}), "> 10.00 dB");
+    EXPECT_EQ(unbiased_text({0, -0.1, 0.1, 1, 1}), "> 10.00 dB");
+    EXPECT_EQ(unbiased_text({0, 0, 0, 1, 1}), "identical");
+    EXPECT_EQ(unbiased_text({-1, -2, 0, 1, 1}), "none found");
+}
+
 }  // namespace
 }  // namespace equistream

@@ -92,6 +92,13 @@ TEST(Flicker, WhatMovesExactlyDoesNotFlicker) {
         for (int x = 3; x < width; ++x)
             ASSERT_NEAR(*change.pixel(x, y), 0, 1e-6) << x << ", " << y;
     EXPECT_GT(*PastPixels({}, {}).change(ramp(2.5f), ramp(0)).pixel(9, 9) * -512, 2.4) << "unless motion is left out";
+    const ScoredPicture falling = moving(PerspectiveCamera{width, height, 1.5}, 0, 2.5f);
+    const PastPixels above(falling, falling);
+    EXPECT_EQ(count(above.seen()), width * (height - 2));
+    const FloatImage fallen = above.change(ramp(5), ramp(0));  // two and a half rows down
+    for (int y = 3; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            ASSERT_NEAR(*fallen.pixel(x, y), 0, 1e-6) << x << ", " << y;
 }
 
 TEST(Flicker, ASphereGoesRound) {

@@ -4,6 +4,7 @@
 
 #include <tests/support/references/plain_engines.h>
 
+#include <equistream/bound.h>
 #include <gtest/gtest.h>
 
 namespace equistream::test {
@@ -244,6 +245,18 @@ TEST(Reliability, PlanesOfOtherSizesAreRefused) {
     picture.rgba = ByteImage(160, 100, 3);
     EXPECT_EQ(refusal(played.view(), played.eye, picture),
               "reliability: colours: expected 160x100 of 4 channels, found 160x100 of 3");
+}
+
+/// 80 columns or so of an eye's texture reach over four of the sphere's.
+TEST(Reliability, NumbersOfAPictureAreThoseOfItsGeometry) {
+    const SourceView coarse{.camera = EquirectCamera{128, 64, {}}, .box_radius_m = 0.063};
+    const RiskNumbers n(coarse, {eye_camera, moved, {}}, true, {.depth_tolerance_w = 0.02});
+    const double away_m = glm::length(moved.position_m), focal = eye_camera.focal_px();
+    EXPECT_EQ(n.step, 4);
+    EXPECT_EQ(n.texture_reach, 16);
+    EXPECT_NEAR(n.outside, away_m / 0.063 - 1, 1e-5);
+    EXPECT_NEAR(n.depth_error_px, 0.02 * away_m / 0.063 * focal, 1e-4);
+    EXPECT_NEAR(n.min_step_inverse_m, error_budget_rad(focal) / away_m, 1e-6);
 }
 
 }  // namespace

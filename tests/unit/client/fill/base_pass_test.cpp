@@ -1,4 +1,4 @@
-/// The pass `base`: what lies beyond a window is shown as the sphere around it has it.
+/// The pass `base`: what lies beyond a window is shown from the sphere around it.
 #include <tests/unit/client/fill_scene.h>
 #include <tests/unit/evidence.h>
 

@@ -62,7 +62,7 @@ TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
     EXPECT_EQ(feed->summary().frames, 5) << "from the first to the last";
     std::vector<std::int64_t> seen;
     while (const auto frame = feed->next()) {
-        EXPECT_EQ(frame->depth_views.size(), 1u) << "of main's own no second copy";
+        EXPECT_EQ(frame->depth_views.size(), 1u) << "main's depth is not copied again";
         seen.push_back(frame->main.info.index);
         EXPECT_EQ(frame->small.has_value(), frame->main.info.index != 4);
         EXPECT_EQ(frame->main.rgb.width(), 32);

@@ -124,6 +124,12 @@ TEST(GuidedDepth, LumaOfRgbIsTheStreams) {
     const ByteImage luma = luma_of(rgb.view());
     EXPECT_EQ(*luma.pixel(0, 0), 16);
     EXPECT_EQ(*luma.pixel(1, 0), 235);
+    ByteImage primaries(3, 1, 3);
+    for (int i = 0; i < 3; ++i)
+        primaries.pixel(i, 0)[i] = 255;
+    const ByteImage of_primaries = luma_of(primaries.view());
+    for (const auto& [x, expected] : {std::pair{0, 63}, {1, 173}, {2, 32}})  // 16 + 219 (0.2126, 0.7152, 0.0722)
+        EXPECT_EQ(*of_primaries.pixel(x, 0), expected);
 }
 
 }  // namespace

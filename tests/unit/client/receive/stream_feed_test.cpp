@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <client/receive/decoded_pictures.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -626,6 +627,61 @@ TEST_F(StreamFeeds, BytesAreThoseOfTheFramesThatWereGiven) {
         EXPECT_EQ(track.pictures, 3);
         EXPECT_EQ(track.bytes, all[1] + all[2] + all[3]) << track.name;
     }
+}
+
+/// The flags of the box `stri`, four letters and four bytes in, have 8 for eyes that are the other way round.
+TEST_F(StreamFeeds, EyesThatAreTaggedTheOtherWayRoundAreSwapped) {
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.stereo = StereoPacking::top_bottom;
+    settings.tagged = false;
+    settings.tracks = {{TrackRole::main, 128, 128}};
+    const fs::path file = folder_ / "reversed.mp4";
+    StreamWriter writer(file.string(), settings);
+    ByteImage both(128, 128, 3, 200);
+    for (int y = 0; y < 64; ++y)
+        std::fill_n(both.pixel(0, y), 3 * 128, std::uint8_t(60));
+    for (const std::int64_t index : {0, 1, 2, 3, 4, 5})
+        writer.write(TrackRole::main, both.view(), info(index, 128, 128));
+    writer.finish();
+    hide_boxes(file, {"st3d", "sv3d"});
+    std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(bytes), {}};
+    const std::size_t flags = text.find("stri") + 8;
+    ASSERT_LT(flags, text.size());
+    bytes.clear();
+    bytes.seekp(std::streamoff(flags)).put(char(text[flags] | 8));
+    bytes.close();
+    for (const bool yuv : {false, true}) {
+        const auto frame = open_feed(file.string(), {.yuv = yuv})->next();
+        ASSERT_TRUE(frame && frame->right);
+        EXPECT_GT(brightness_of(frame->main), brightness_of(*frame->right) + 60);
+    }
+}
+
+TEST(FrameMaker, TimesAndBytesOfColourAndDepthAddUp) {
+    const FeedOptions options;
+    int counted = 0;
+    FrameMaker maker("a.mkv", options, [&](const DecodedPicture&) { ++counted; });
+    DecodedFrame frame;
+    for (const TrackRole role : {TrackRole::main, TrackRole::depth}) {
+        DecodedPicture& picture = frame.picture(role).emplace();
+        const bool is_main = role == TrackRole::main;
+        picture.role = role;
+        picture.width = 8;
+        picture.height = 4;
+        picture.info = info(first_index, 8, 4);
+        picture.decode_ms = is_main ? 2 : 5;
+        picture.convert_ms = is_main ? 3 : 7;
+    }
+    frame.picture(TrackRole::main)->rgb = ByteImage(8, 4, 3);
+    frame.picture(TrackRole::depth)->depth_m = FloatImage(8, 4, 1, 2.0f);
+    frame.picture(TrackRole::depth)->info->depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
+    EXPECT_EQ(frame.bytes(), 8u * 4 * 3 + 8 * 4 * 4);
+    const ReceivedPicture main = maker.make(std::move(frame)).main;
+    EXPECT_EQ(main.decode_ms, 7);
+    EXPECT_EQ(main.convert_ms, 10);
+    EXPECT_EQ(counted, 2);
 }
 
 }  // namespace

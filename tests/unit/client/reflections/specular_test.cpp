@@ -365,5 +365,24 @@ TEST_F(Mirror, APictureFromTheEyesOwnPlaceIsRightInIt) {
     EXPECT_GT(filled["small"], 10000);
 }
 
+TEST(ImageColours, AreOfSamplesThatShowOneImage) {
+    ByteImage rgb(16, 8, 3);
+    FloatImage specular(16, 8, 1, 1.0f), image_m(16, 8, 1, 4.0f);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 16; ++x) {
+            std::fill_n(rgb.pixel(x, y), 3, std::uint8_t(10 * x + y));
+            *specular.pixel(x, y) = x < 8 ? 1.0f : 0.0f;
+        }
+    const SourceView source{.rgb = rgb.view(),
+                            .camera = EquirectCamera{16, 8, {}},
+                            .specular = specular.view(),
+                            .virtual_depth_m = image_m.view()};
+    const ImageColour colour(source, {0.1f, 1e-3f});
+    EXPECT_NEAR(colour.at({4.75f, 3.75f}).x, 42.5 + 3.25, 1e-3) << "all four";
+    EXPECT_NEAR(colour.at({7.9f, 3.75f}).x, 70 + 3.25, 1e-3) << "column 8 is no mirror";
+    std::fill_n(image_m.pixel(0, 4), 16 * 4, 9.0f);
+    EXPECT_NEAR(colour.at({4.75f, 3.9f}).x, 42.5 + 3, 1e-3) << "row 4 shows another image";
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -325,5 +325,21 @@ TEST(ViewingReport, SumsUpByHand) {
     EXPECT_EQ(quantiles_of(many).p99, 198);
 }
 
+/// Pictures are behind by photon_s and min_delay_s: 20 and 5 ms.
+TEST(Viewing, WhatMovesIsCarriedOnToNowAsFarAsIsAllowed) {
+    for (const double limit_s : {0.01, 0.05}) {
+        ViewingOptions options;
+        options.extrapolation_limit_s = limit_s;
+        int looked_at = 0;
+        for (const ViewedRefresh& r : simulate_viewing(served(300, steady_head), steady_head, {}, options).refreshes)
+            if (r.display_s > 8 && r.display_s < 9.9) {
+                EXPECT_NEAR(r.ahead_s, std::min(limit_s, 0.025), 1e-4);
+                EXPECT_NEAR(r.extrapolation_s(), r.extrapolated_s + r.ahead_s, 1e-12);
+                ++looked_at;
+            }
+        EXPECT_GT(looked_at, 50);
+    }
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -356,5 +356,25 @@ TEST_P(EncryptedConnections, ACertificateDoesNotStandInForTheSecret) {
     EXPECT_FALSE(agreed.get());
 }
 
+TEST(TcpSockets, AreImpatientAndSendAtOnce) {
+    asio::io_context io;
+    asio::ip::tcp::acceptor acceptor(io, {asio::ip::address_v4::loopback(), 0});
+    asio::ip::tcp::socket socket(io);
+    socket.connect(acceptor.local_endpoint());
+    prepare(socket, 10);
+    const auto option = [&](int level, int name) {
+        int value = -1;
+        socklen_t size = sizeof value;
+        getsockopt(socket.native_handle(), level, name, &value, &size);
+        return value;
+    };
+    EXPECT_GT(option(IPPROTO_TCP, TCP_NODELAY), 0);
+    EXPECT_GT(option(SOL_SOCKET, SO_KEEPALIVE), 0);
+    EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPIDLE), 2) << "a quarter of the patience";
+    EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPINTVL), 2);
+    EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 10'000);
+    EXPECT_EQ(option(IPPROTO_TCP, TCP_NOTSENT_LOWAT), 1 << 14);
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -282,5 +282,14 @@ TEST_F(SentTiles, AreSoundWhereverTheyCome) {
     }
 }
 
+TEST(Poses, AreToldToAnotherServerAnew) {
+    PoseSender poses;
+    for (int server = 0; server < 2; ++server) {
+        poses.use([](auto) { return true; });
+        EXPECT_TRUE(poses.send({})) << server;
+        EXPECT_FALSE(poses.send({})) << "the same, at once";
+    }
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -5,7 +5,9 @@
 
 #include <tests/support/references/plain_engines.h>
 
+#include <client/warp/source_depth_engine.h>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace equistream::test {
 namespace {
@@ -334,6 +336,20 @@ TEST(Lean, TakesTheMedianDepthOrThreeMetres) {
     EyePicture expected;
     three->reproject(eye, expected);
     EXPECT_TRUE(std::ranges::equal(expected.rgba.samples(), seen_by("lean", without_depth, eye).rgba.samples()));
+}
+
+/// Caps beyond 40 degrees are 36 % of the sphere, and 56 % of its rows.
+TEST(ProxySphere, CountsDirectionsAndNotPixels) {
+    const EquirectCamera camera{360, 180, {}};
+    FloatImage depth_m(360, 180, 1, 10.0f);
+    const auto fill = [&](int from, int to, float r) { std::fill_n(depth_m.pixel(0, from), 360 * (to - from), r); };
+    fill(0, 50, 1);
+    fill(130, 180, 1);
+    const SourceView source{.camera = camera, .depth_m = depth_m.view()};
+    EXPECT_NEAR(proxy_radius_m(source, {}), 10, 1e-9);
+    fill(0, 110, std::numeric_limits<float>::infinity());  // above -20 degrees: two thirds
+    EXPECT_EQ(proxy_radius_m(source, {}), 3);
+    EXPECT_EQ(proxy_radius_m(source, {.proxy_radius_m = 7}), 7);
 }
 
 }  // namespace

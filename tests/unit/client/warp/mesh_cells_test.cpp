@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <ranges>
 
 namespace equistream::test {
 namespace {
@@ -51,6 +53,24 @@ TEST(MeshCells, APlaneNeedsOneCellABlock) {
         // 320 x 256 cells, edges included.
         EXPECT_EQ(cells_of(plane, camera, error_budget_rad(960) / 4), 10 * 8) << normal.x;
     }
+}
+
+/// What is cut leads on beyond its samples, also by the step to one beside the block.
+TEST(Lattice, SummariesHoldWhatCellsLeadOnTo) {
+    const PerspectiveCamera camera{100, 70, 1.2};
+    FloatImage depth_m(100, 70, 1, 4.0f);
+    const SourceLattice flat(camera, depth_m.view());
+    for (int y = 0; y < flat.block_rows(); ++y)
+        for (int x = 0; x < flat.block_columns(); ++x) {
+            EXPECT_EQ(flat.summary(x, y).nearest_inverse_m, 0.25f) << x << ' ' << y;
+            EXPECT_EQ(flat.summary(x, y).farthest_inverse_m, 0.25f) << x << ' ' << y;
+        }
+    // The first block ends on column 31; what is nearer stands in 32 alone.
+    std::ranges::for_each(std::views::iota(0, 70), [&](int y) { *depth_m.pixel(32, y) = 2; });
+    const SourceLattice stepped(camera, depth_m.view());
+    EXPECT_GE(stepped.summary(0, 0).nearest_inverse_m, 0.5f + 0.5f * (0.5f - 0.25f));
+    EXPECT_LE(stepped.summary(0, 0).farthest_inverse_m, 0.25f - 0.5f * (0.5f - 0.25f));
+    EXPECT_EQ(stepped.summary(2, 0).nearest_inverse_m, 0.25f) << "far from it";
 }
 
 /// A ball needs smaller cells the smaller the error: a chord's error falls with the square of a cell's side.

@@ -201,5 +201,24 @@ TEST(SourceLookup, UnitDirectionsAreThoseOfPixelCentres) {
         }
 }
 
+TEST(Views, AreTheSameWhereEveryPixelLooksTheSameWay) {
+    const EquirectCamera part{64, 32, {-1, 1.2, -0.5, 0.6}};
+    EXPECT_TRUE(same_camera(part, part));
+    for (double LongitudeLatitudeRange::*end :
+         {&LongitudeLatitudeRange::longitude_min, &LongitudeLatitudeRange::longitude_max,
+          &LongitudeLatitudeRange::latitude_min, &LongitudeLatitudeRange::latitude_max}) {
+        EquirectCamera other = part;
+        other.range.*end += 1e-6;
+        EXPECT_FALSE(same_camera(part, other));
+    }
+    EXPECT_FALSE(same_camera(part, EquirectCamera{64, 30, part.range}));
+    EXPECT_FALSE(same_camera(PerspectiveCamera{64, 32, 1}, PerspectiveCamera{64, 32, 1 + 1e-6}));
+    const glm::dquat q = test::yaw_pitch(0.7, -0.2);
+    EXPECT_TRUE(same_pose({{1, 2, 3}, q}, {{1, 2, 3}, -q}));
+    EXPECT_TRUE(same_pose({{}, 0.9995 * q}, {{}, 0.9995 * q})) << "readers accept as much";
+    EXPECT_FALSE(same_pose({{}, q}, {{}, q * glm::angleAxis(1e-6, glm::dvec3(0, 1, 0))}));
+    EXPECT_FALSE(same_pose({{1, 2, 3}, q}, {{1, 2, 3.001}, q}));
+}
+
 }  // namespace
 }  // namespace equistream

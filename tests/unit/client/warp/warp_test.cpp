@@ -5,6 +5,7 @@
 
 #include <tests/support/references/plain_engines.h>
 
+#include <client/warp/resample.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -241,6 +242,30 @@ TEST_P(EveryTarget, SmallSourcesAreReadInside) {
         const EyePicture a = fast("sphere", source, eye), b = slow("sphere", source, eye);
         EXPECT_LE(agreement(a, b).worst, 5) << width << "x" << height;
         EXPECT_EQ(agreement(a, b).gaps_apart, 0);
+    }
+}
+
+TEST_P(EveryTarget, OnlyGapsAreColouredWhereSoAsked) {
+    const Picture picture(stripes(64, 32, true));
+    SourceView source{.camera = EquirectCamera{64, 32, {}}};
+    picture.show(source, samples());
+    const EyeView eye{{37, 21, 1.2}, {{}, yaw_pitch(1, 0.3)}, {}};
+    EyePicture all, partly;
+    all.reset(eye.camera);
+    partly.reset(eye.camera);
+    for (std::size_t i = 0; i < 37 * 21; i += 3) {
+        partly.origin.samples()[i] = std::uint8_t(PixelOrigin::small);
+        std::ranges::fill(partly.rgba.samples().subspan(4 * i, 4), std::uint8_t{9});
+    }
+    ResampleOptions options{.tolerance_rad = 1e-3, .mark = PixelOrigin::base};
+    const OnlyTarget only(std::get<0>(GetParam()));
+    EXPECT_EQ(resample_by_direction(source, eye, options, all), 37 * 21);
+    options.only_gaps = true;
+    EXPECT_EQ(resample_by_direction(source, eye, options, partly), 37 * 21 * 2 / 3);
+    for (std::size_t i = 0; i < 37 * 21; ++i) {
+        ASSERT_EQ(partly.origin.samples()[i], std::uint8_t(i % 3 == 0 ? PixelOrigin::small : PixelOrigin::base));
+        for (std::size_t c = 0; c < 4; ++c)
+            ASSERT_EQ(partly.rgba.samples()[4 * i + c], i % 3 == 0 ? 9 : all.rgba.samples()[4 * i + c]);
     }
 }
 

@@ -52,8 +52,10 @@ TEST_F(AbiSamples, what_is_denoised_keeps_its_raw_colour_and_loses_its_guides) {
     settings.denoise = ES_DENOISE_FAST;
     es_sequence* sequence = nullptr;
     es_error error{};
-    if (es_sequence_open(&settings, &sequence, &error) != ES_OK)
+    if (es_sequence_open(&settings, &sequence, &error) != ES_OK) {
+        ASSERT_NE(std::string(error.text).find("Open Image Denoise"), std::string::npos) << error.text;
         GTEST_SKIP() << error.text;
+    }
     const Radiance noisy = [](const es_ray& ray) {
         const float light = 0.5f + 0.4f * std::sin(1e4f * ray.direction[0] + 2e4f * ray.direction[1]);
         return glm::vec4(light, light, light, 1);
@@ -87,7 +89,7 @@ TEST_F(AbiSamples, what_is_denoised_keeps_its_raw_colour_and_loses_its_guides) {
     end(frame);
     es_sequence_close(sequence);
     const Frame plain = read(0);
-    const auto mean_step = [](const FloatImage& image) {
+    const auto sum_of_steps = [](const FloatImage& image) {
         double sum = 0;
         for (int y = 0; y < image.height(); ++y)
             for (int x = 1; x < image.width(); ++x)
@@ -98,7 +100,7 @@ TEST_F(AbiSamples, what_is_denoised_keeps_its_raw_colour_and_loses_its_guides) {
     for (int y = 0; y < raw.height(); ++y)
         for (int x = 0; x < raw.width(); ++x)
             ASSERT_EQ(raw.pixel(x, y)[0], plain.planes.at("colour").pixel(x, y)[0]);
-    EXPECT_LT(mean_step(colour), 0.5 * mean_step(raw));
+    EXPECT_LT(sum_of_steps(colour), 0.5 * sum_of_steps(raw));
     EXPECT_EQ(denoised.planes.count("guide_albedo") + denoised.planes.count("guide_normal"), 0u);
     EXPECT_NE(denoised.info.denoiser, "");
     EXPECT_EQ(plain.info.denoiser, "");

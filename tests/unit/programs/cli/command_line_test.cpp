@@ -189,8 +189,10 @@ TEST(SettingsText, IsMadeOneThatIsReadAsItIsMeant) {
     EXPECT_EQ(read("fill = hidden,base\nout = with space.mkv\nout = say \"so\"\nout = it's\n"),
               "fill = \"hidden,base\"\nout = \"with space.mkv\"\nout = 'say \"so\"'\nout = it's\n");
     EXPECT_EQ(read("list = [1, 2]\nlist = [\"a=1\",\n\"b=2\"]\nempty =\n"),
-              "list = [1, 2]\nlist = [\"a=1\",\n\"b=2\"]\nempty = \n");
-    for (const std::string value : {"\"open", "it's \"so\"", "\"a\", \"b\""}) {
+              "list = [1, 2]\nlist = [\"a=1\",\"b=2\"]\n\nempty = \n");
+    EXPECT_EQ(read("list = [a, b] # x\nn = 1\n"), "list = [a, b]\nn = 1\n");
+    EXPECT_EQ(read("list = [\n\"a # ]\", # x\nit's # y\n]\nn = 1\n"), "list = [\"a # ]\",it's]\n\n\n\nn = 1\n");
+    for (const std::string value : {"\"open", "it's \"so\"", "\"a\", \"b\"", "[\"a, b]", "['tis]", "[a] b", "[a"}) {
         try {
             read("a = 1\nout = " + value + "\n");
             ADD_FAILURE() << value;

@@ -133,6 +133,16 @@ TEST_F(GlbRoundTrip, ParentsKeepTheirChildrenInPlace) {
     }
 }
 
+/// OBJ files and old exporters have names in any coding; JSON has UTF-8.
+TEST_F(GlbRoundTrip, NamesOfOtherCodingsAreWritten) {
+    SceneModel model = sample_model();
+    const std::string latin = "Bl\xe4tter", expected = "Bl\xef\xbf\xbdtter";
+    model.materials[0].name = model.meshes[0].name = model.textures[0].name = model.objects[0].name = latin;
+    const SceneModel again = read_back(model);
+    EXPECT_EQ(again.materials[0].name, expected);
+    EXPECT_EQ(again.objects[0].name, expected);
+}
+
 TEST_F(GlbRoundTrip, AFileThatCannotBeWrittenIsNamed) {
     const auto file = folder_ / "no-such-folder" / "model.glb";
     try {
@@ -184,6 +194,21 @@ TEST(Summary, BoxOfATurnedMeshIsItsOwn) {
     const SceneSummary turned = summarise(scene.finish(), description);
     EXPECT_NEAR(turned.box_high_m.x, 1, 2 * (1 - std::cos(3.15 / 64)));  // the turned box of the ball reaches 1.41
     EXPECT_NEAR(turned.box_low_m.z, -1, 2 * (1 - std::cos(3.15 / 64)));
+}
+
+/// Frames begin at 0: what a path does before that nobody sees.
+TEST(Summary, APathBeginsAtZero) {
+    generate::SceneBuilder scene;
+    scene.object("ball", {scene.mesh("ball", generate::sphere(1, 16, 8), scene.material({}))});
+    const glm::dquat half_right = glm::angleAxis(-1.0, glm::dvec3(0, 1, 0));
+    SceneDescription description;
+    description.camera_path = PosePath(
+        {{-1, {{0, 0, 5}, {1, 0, 0, 0}}}, {1, {{2, 0, 5}, {1, 0, 0, 0}}}, {2, {{2, 0, 8}, half_right}}}, "here");
+    const SceneSummary seen = summarise(scene.finish(), description);
+    EXPECT_NEAR(seen.path_length_m, glm::length(description.camera_path.at(0).position_m - glm::dvec3(2, 0, 5)) + 3,
+                1e-9);
+    EXPECT_LT(seen.path_length_m, 4.5);
+    EXPECT_NEAR(seen.fastest_turn_deg_s, glm::degrees(1.0), 1e-6);
 }
 
 TEST(Summary, BoundOfARoom) {

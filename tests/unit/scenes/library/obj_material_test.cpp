@@ -93,6 +93,9 @@ TEST_F(ObjMaterial, Glass) {
     EXPECT_EQ(half.transmission, 0.75f);
     expect_colour(half.base_colour, {0.85f, 0.75f, 0.75f});
     EXPECT_FLOAT_EQ(half.index_of_refraction, 1.33f);
+    const Material rough = material("Kd 0.4 0 0\nd 0.25\nNi 1.33\nPr 0.5\n");
+    expect_colour(rough.base_colour, half.base_colour);
+    EXPECT_EQ(rough.roughness, 0.5f) << "Pr takes Ns's place alone";
     EXPECT_EQ(material("Kd 0.4 0 0\nTr 0.25\n").transmission, 0.25f);
     EXPECT_EQ(material("Kd 0.4 0 0\nTr 0.25\nd 1\n").transmission, 0) << "d counts";
     EXPECT_EQ(material("Kd 0.4 0 0\nd -halo 0.5\n").transmission, 0.5f);
