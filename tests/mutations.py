@@ -37,7 +37,7 @@ RUN_BY = {
     "client/pipeline": (PIPELINE_TESTS, PIPELINE_TESTS),
     "client/view": (("equistream-view",), ("golden.viewer", "golden.viewer_program", "golden.viewer_face", "golden.hdr", "golden.unshown", "golden.headset",
                                            "golden.headset_session", "golden.live_view")),
-    "client/web": (("equistream-serve",), ("web.accuracy", "web.streams", "web.headset", "web.serve")),
+    "client/web": (("equistream_web_page",), ("web.accuracy", "web.streams", "web.headset", "web.serve")),
 }
 FEWEST_TEST_S = 60
 NUMBER = r"(?<![\w.])(\d+)(?![\w.'])"

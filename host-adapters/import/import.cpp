@@ -246,13 +246,14 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/// The last run of digits before the extension is the frame's number; without one, or where it is above the highest, as
-/// a date with its time is, that is 0.
 struct PartedName {
     Pattern pattern;
     std::int64_t index = 0;
-    bool is_beyond = false;  ///< the number is above the highest
+    bool is_beyond = false;  ///< its number is above the highest
 };
+
+/// The last run of digits before the extension is the frame's number. Without one it is frame 0, and so it is where the
+/// number is above the highest, as a date with its time is.
 PartedName parted(const fs::path& file) {
     const std::string name = file.filename().string();
     const std::size_t extension = std::min(name.rfind('.'), name.size());

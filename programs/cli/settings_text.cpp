@@ -81,8 +81,7 @@ std::string settings_for_reader(const std::string& text, const std::string& file
         throw InputError(expected_found(file + ":" + std::to_string(number), expected, "'" + std::string(found) + "'"));
     };
     int list_begins = 0;  // line number; 0: in no list
-    int number = 1;
-    for (; std::getline(lines, line); ++number) {
+    for (int number = 1; std::getline(lines, line); ++number) {
         const std::string_view bare = trimmed(line);
         const std::size_t equals = bare.find('=');
         const std::string_view value = equals == bare.npos ? "" : trimmed(bare.substr(equals + 1));

@@ -178,7 +178,8 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
         description.json["tracks"].push_back(std::move(track));
         description.text += track_text(entry, options.each_frame);
     }
-    description.text += watched.is_partial ? "partial: only the server's first 300 pictures were read\n"
+    const std::string most = std::to_string(most_watched);
+    description.text += watched.is_partial ? "partial: only the server's first " + most + " pictures were read\n"
                         : cut.empty()      ? "whole: nothing is missing\n"
                                            : "not whole: " + cut + "\n";
     return description;

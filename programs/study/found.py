@@ -39,10 +39,15 @@ def error(scored, eye=None, scale="linear", kind=NOISE_FREE):
     return together([scored[kind][name][kind][scale] for name in ([eye] if eye else EYES)])
 
 
+def only_bounded(figures):
+    """Whether the interval reaches zero error, so that its dB are a bound. Results say it where it is so."""
+    return figures.get("only_bounded", False)
+
+
 def db(scored, eye=None, scale="linear", kind=NOISE_FREE):
     """Of error(): a bound where its interval reaches zero; None where even that is unknown."""
     figures = error(scored, eye, scale, kind)
-    return figures and figures["db_low" if figures.get("only_bounded", False) else "db"]
+    return figures and figures["db_low" if only_bounded(figures) else "db"]
 
 
 def whole_db(scored, eye=None):

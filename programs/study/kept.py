@@ -8,6 +8,7 @@ import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
 
+from found import only_bounded
 from steps import write_whole
 
 DIGITS = 10
@@ -34,7 +35,8 @@ def lean(value, left_out=(), within=""):
     if not isinstance(value, dict):
         return value
     if "mean_square_low" in value:
-        return {key: lean(value[key]) for key in INTERVAL if key in value} | ({"only_bounded": True} if value.get("only_bounded") else {})
+        kept = [*INTERVAL, "only_bounded"] if only_bounded(value) else INTERVAL
+        return {key: lean(value[key]) for key in kept if key in value}
     dropped = (*left_out, *(OF_PICTURES if "identical" in value else ()))
     return {key: lean(each, left_out, key) for key, each in value.items() if key not in dropped and f"{within}.{key}" not in dropped}
 
@@ -79,6 +81,8 @@ COORDINATES = ("d", "x", "y", "width", "height", "transform", "points")
 NO_TURN = "rotate(-0 "
 FONTS = re.compile(r"font-family: [^;]*")
 FEWER_FONTS = "font-family: DejaVu Sans,Verdana,sans-serif"
+OF_WHOLE_GROUPS = re.compile(r"(?:^|[; ])opacity:")
+"""Of a group this blends all that it holds at once, and is not handed down."""
 
 
 def short_ids(text):
@@ -124,8 +128,9 @@ def lean_svg(text):
         if element is not root and "style" in element.attrib:
             look = FONTS.sub(FEWER_FONTS, element.attrib.pop("style"))
             element.set("class", looks.setdefault(look, f"a{len(looks)}"))
+    inherited = {name for look, name in looks.items() if not OF_WHOLE_GROUPS.search(look)}
     for group in root.iter(f"{{{SVG}}}g"):
-        share_class(group)
+        share_class(group, inherited)
     unwrap(root)
     for element in root.iter():
         if element.tag != f"{{{SVG}}}text" and not (element.text or "").strip():
@@ -137,10 +142,10 @@ def lean_svg(text):
     return ElementTree.tostring(root, encoding="unicode").replace(" />", "/>") + "\n"
 
 
-def share_class(group):
-    """Marks of one curve look alike: their group says the look once."""
+def share_class(group, inherited):
+    """Marks of one curve look alike: their group says the look once, where what it says is handed down."""
     classes = {child.get("class") if child.tag == f"{{{SVG}}}use" else None for child in group}
-    if len(group) > 1 and len(classes) == 1 and None not in classes and "class" not in group.attrib:
+    if len(group) > 1 and len(classes) == 1 and classes <= inherited and "class" not in group.attrib:
         group.set("class", classes.pop())
         for child in group:
             child.attrib.pop("class")

@@ -12,7 +12,7 @@ import pathlib
 import equistream as es
 import numpy as np
 from drawing import rgb
-from found import KINDS, WHOLE, all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr, ssim
+from found import KINDS, WHOLE, all_bytes, ceiling_psnr, coding_name, db, error, ms, only_bounded, psnr, ssim
 from kept import lean
 from PIL import Image
 from render_list import EYES
@@ -26,7 +26,7 @@ def level(entry, kind):
     """dB, whether that is a bound, and the ends of its interval; None where this kind was not measured. The whole error is of display values."""
     scale = "display" if kind == WHOLE else "linear"
     figures = error(entry, scale=scale, kind=kind)
-    return figures and {"db": db(entry, scale=scale, kind=kind), "bounded": figures.get("only_bounded", False), "low": figures["db_low"], "high": figures["db_high"]}
+    return figures and {"db": db(entry, scale=scale, kind=kind), "bounded": only_bounded(figures), "low": figures["db_low"], "high": figures["db_high"]}
 
 
 def point(entry, titles):

@@ -2,7 +2,7 @@
 
 import re
 
-from found import KINDS, db, error
+from found import KINDS, db, error, only_bounded
 
 def cell(value, digits=2, missing="-"):
     return missing if value is None else f"{value:.{digits}f}"
@@ -27,7 +27,7 @@ def error_text(figures):
         return "identical"
     if figures["db_low"] is None:
         return "none found"
-    if figures.get("only_bounded", False):
+    if only_bounded(figures):
         return f"> {figures['db_low']:.1f}"
     return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
 
@@ -46,7 +46,7 @@ def error_short(figures):
     """dB alone; a bound where the interval reaches zero error; - without one."""
     if figures is None:
         return "-"
-    if figures.get("only_bounded", False):
+    if only_bounded(figures):
         return "-" if figures["db_low"] is None else f"> {figures['db_low']:.1f}"
     return f"{figures['db']:.1f}"
 

@@ -107,8 +107,9 @@ class Renderer:
 
     `camera` is an EquirectCamera or PerspectiveCamera; `integrator` gives colour (default: the scene's own); `aovs` as for
     `equistream render`. `near_clip`, `far_clip`: what is nearer or farther is not seen, in the scene's unit, along the axis
-    of a flat view and along the rays of a sphere. Rays begin in the medium of the scene's first sensor. `hide_emitters`: where the colour's integrator hides lamps,
-    they are no surfaces either. Colour uses the box filter, as all our hosts. Alpha is Mitsuba's: 1 for a sky, too.
+    of a flat view and along the rays of a sphere. Rays begin in the medium of the scene's first sensor. `hide_emitters`: where
+    the colour's integrator hides lamps, they are no surfaces either. Colour uses the box filter, as all our hosts. Alpha is
+    Mitsuba's: 1 for a sky, too.
     """
 
     def __init__(self, scene: Any, camera: Camera, *, aovs: str = DEFAULT_AOVS, integrator: Any = None, near_clip: Optional[float] = None,

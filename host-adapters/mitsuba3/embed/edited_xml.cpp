@@ -182,6 +182,7 @@ void wrap_integrator(const SceneRequest& request, EditedXml& xml) {
                                             "\"" + std::string(colour.plugin_name()) + "\""));
         colour.set("max_depth", request.max_depth, false);
     }
+    // Ours hides lamps by itself; the others leave that to what they wrap.
     const bool is_ours = !theirs.empty() && is_one_of(state[theirs.front().node], {"equirect_aov"});
     xml.hides_emitters = hides_emitters(state, is_ours ? theirs.front().node : nested);
     Properties ours("equirect_aov");

@@ -36,7 +36,7 @@ def measured(work, chosen, asked, codec):
             break
     all_of_them = found.together(errors)
     lows, highs = ([error[end] for error in errors] for end in ("db_low", "db_high"))
-    return with_point(chosen, db=all_of_them["db_low" if all_of_them.get("only_bounded", False) else "db"], low=None if None in lows else min(lows),
+    return with_point(chosen, db=all_of_them["db_low" if found.only_bounded(all_of_them) else "db"], low=None if None in lows else min(lows),
                       high=None if None in highs else max(highs), bytes=statistics.mean(sent) / (asked.last - asked.first + 1), trials=len(errors))
 
 

@@ -80,6 +80,16 @@ class Models(Commands):
         self.refused(["model", self.description, *QUICK, "--out", self.scenes / "again.json"], "expected another place than what is read", "motion.glb")
         self.assertEqual(contents(self.scenes), before)
 
+    def test_paths_that_no_description_holds_are_refused_before_the_work(self):
+        """A description has 16 MiB, a path in a file of its own 64."""
+        (self.scenes / "walk.csv").write_text("".join(f"{i / 90!r},{i / 7!r},1.6,{i / 9!r},1,0,0,0\n" for i in range(150000)))
+        description = json.loads(self.description.read_text())
+        description["camera"] = {"path": "walk.csv"}
+        description.pop("moving", None)
+        self.description.write_text(json.dumps(description))
+        self.refused(["model", self.description, *QUICK, "--out", self.out / "m.json"], "paths whose keys a description of 16 MiB holds")
+        self.assertFalse((self.out / "m.json").exists())
+
     def test_another_scene_is_not_replaced(self):
         self.done("scene", "generate", "orientation", "--out", self.scenes)
         self.assert_kept(self.scenes / "orientation.json", "a client's model to replace", "orientation.json")

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import equistream as es
 import found
+import kept
 import narrowed
 import numpy as np
 import pages
@@ -64,6 +65,16 @@ class Perceived(unittest.TestCase):
         self.assertEqual(perceived.flip(plain, plain, 20), 0)
         self.assertGreater(perceived.flip(bright, plain, 20), 0.05)
         self.assertAlmostEqual(perceived.pixels_a_degree(180 / math.pi), 1)
+
+
+class Charts(unittest.TestCase):
+    def test_marks_share_a_look_that_their_group_hands_down(self):
+        """Opacity of a group is of what it holds as a whole."""
+        def marks(look):
+            return f'<g clip-path="url(#c)">{2 * f"<use style={chr(34)}{look}{chr(34)}/>"}</g>'
+        drawn = kept.lean_svg(f'<svg xmlns="{kept.SVG}">{marks("fill: red")}{marks("fill: red; opacity: 0.9")}</svg>')
+        self.assertEqual(drawn.count('class="a0"'), 1)
+        self.assertEqual(drawn.count('class="a1"'), 2)
 
 
 def interval(mean_square, half=0.0):

@@ -14,6 +14,7 @@ STUDY = pathlib.Path(__file__).resolve().parents[3] / "programs/study"
 sys.path[:0] = [str(STUDY), str(STUDY / "charts")]  # this file is called charts, too
 import looks  # noqa: E402
 from drawing import STYLE, pareto, plain_number  # noqa: E402
+from found import only_bounded  # noqa: E402
 
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
@@ -28,7 +29,7 @@ HOLLOW = ("sphere", "lean", "mesh-plain", "paper")
 def eye_decibels(entry):
     """dB of each eye and of both together, on linear values; a bound where the interval reaches zero error."""
     figures = [results.error(entry, eye, "linear") for eye in results.EYES] + [results.both_eyes(entry, "linear")]
-    return [figure["db_low"] if figure.get("only_bounded", False) else figure["db"] for figure in figures]
+    return [figure["db_low"] if only_bounded(figure) else figure["db"] for figure in figures]
 
 
 def draw_panel(axes, result, head):

@@ -13,6 +13,7 @@ import sys
 import results
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
+from found import only_bounded  # noqa: E402
 from pages import both_scales, cell, error_short, error_text, place, table  # noqa: E402
 
 HEAD_NAMES = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}
@@ -82,7 +83,7 @@ def lead(better, worse, digits=2):
     if better["db"] is None or worse["db"] is None:
         return "?"
     text = f"{better['db'] - worse['db']:+.{digits}f}"
-    return (text if float(text) else text[1:]) + ("?" if better.get("only_bounded", False) or worse.get("only_bounded", False) else "")
+    return (text if float(text) else text[1:]) + ("?" if only_bounded(better) or only_bounded(worse) else "")
 
 
 def lead_cell(result, entry, rival, is_rival):
@@ -90,7 +91,7 @@ def lead_cell(result, entry, rival, is_rival):
     if entry is None or rival is None:
         return "-"
     found, against = ({scale: results.both_eyes(e, scale) for scale in results.SCALES} for e in (entry, rival))
-    own = {scale: "?" if figure["db"] is None else f"{figure['db']:.2f}" + "?" * figure.get("only_bounded", False) for scale, figure in found.items()}
+    own = {scale: "?" if figure["db"] is None else f"{figure['db']:.2f}" + "?" * only_bounded(figure) for scale, figure in found.items()}
     other_version = "" if results.commit_of(result, entry) == results.commit_of(result, rival) else "*"
     return both_scales(own if is_rival else {scale: lead(found[scale], against[scale]) for scale in results.SCALES}) + other_version
 

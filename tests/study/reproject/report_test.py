@@ -6,7 +6,7 @@ import unittest
 import report
 import results
 
-from found import decibels, together  # report puts its folder on the path
+from found import decibels, only_bounded, together  # report puts its folder on the path
 
 
 def figure(mean_square, half=0.0):
@@ -38,8 +38,8 @@ class Tables(unittest.TestCase):
     def test_eyes_together_are_the_mean_of_mean_squares_not_of_decibels(self):
         both = results.both_eyes(entry("ours", figure(0.019), figure(0.001)), "linear")
         self.assertAlmostEqual(both["db"], 20)
-        self.assertFalse(both["only_bounded"])
-        self.assertTrue(together([figure(0.01, 0.005), figure(0.01, 0.016)])["only_bounded"], "halves of intervals add")
+        self.assertFalse(only_bounded(both))
+        self.assertTrue(only_bounded(together([figure(0.01, 0.005), figure(0.01, 0.016)])), "halves of intervals add")
         self.assertIsNone(together([figure(-0.01), figure(0.005)])["db"])
 
     def test_linear_leads_and_display_stands_in_brackets(self):
