@@ -184,6 +184,14 @@ void require_images(std::span<const es_eye_image, 2> images, const SessionReques
     }
 }
 
+// Hosts and files have these numbers.
+static_assert(int(PixelOrigin::gap) == ES_ORIGIN_GAP && int(PixelOrigin::source) == ES_ORIGIN_SOURCE &&
+              int(PixelOrigin::small) == ES_ORIGIN_SMALL && int(PixelOrigin::neighbours) == ES_ORIGIN_NEIGHBOURS &&
+              int(PixelOrigin::earlier) == ES_ORIGIN_EARLIER && int(PixelOrigin::patches) == ES_ORIGIN_PATCHES &&
+              int(PixelOrigin::hidden) == ES_ORIGIN_HIDDEN && int(PixelOrigin::geometry) == ES_ORIGIN_GEOMETRY &&
+              int(PixelOrigin::push_pull) == ES_ORIGIN_PUSH_PULL && int(PixelOrigin::base) == ES_ORIGIN_BASE &&
+              pixel_origin_count == ES_ORIGIN_BASE + 1);
+
 void write_image(const PipelineEye& eye, const ViewPart& part, const SessionRequest& request, es_eye_image& image) {
     image.width = part.width;
     image.height = part.height;

@@ -65,9 +65,9 @@ protected:
 class SeenThrough {
 public:
     SeenThrough(const SourceView& main, const EyeView& eye, double error_budget_px)
-        : main_(main), agreement_{
-                           float(std::max(main.box_radius_m, glm::distance(main.pose.position_m, eye.pose.position_m))),
-                           float(std::sin(error_budget_rad(eye.camera.focal_px(), error_budget_px)))} {}
+        : main_(main), grid_(source_grid(main.camera)),
+          agreement_{float(std::max(main.box_radius_m, glm::distance(main.pose.position_m, eye.pose.position_m))),
+                     float(std::sin(error_budget_rad(eye.camera.focal_px(), error_budget_px)))} {}
 
     bool still_there(const glm::dvec3& point_world) const {
         const glm::dvec3 d = glm::conjugate(main_.pose.orientation) * (point_world - main_.pose.position_m);
@@ -76,18 +76,18 @@ public:
             return true;
         const float clearance = agreement_.clearance(float(glm::length(d)));
         // Somewhere around the pixel, for the point may lie on a slope or at an edge.
-        for (int y = std::max(int(pixel.y) - 1, 0); y <= std::min(int(pixel.y) + 1, height_of(main_.camera) - 1); ++y)
-            for (int x = std::max(int(pixel.x) - 1, 0); x <= std::min(int(pixel.x) + 1, width_of(main_.camera) - 1);
-                 ++x) {
-                const float now = agreement_.clearance(main_.depth_m.pixel(x, y)[0]);
-                if (now <= clearance || agreement_.same(now, clearance))
-                    return true;
-            }
+        for (int k = 0; k < 9; ++k) {
+            const Sample s = wrapped(grid_, int(pixel.x) + k % 3 - 1, int(pixel.y) + k / 3 - 1);
+            const float now = agreement_.clearance(main_.depth_m.pixel(s.x, s.y)[0]);
+            if (now <= clearance || agreement_.same(now, clearance))
+                return true;
+        }
         return false;
     }
 
 private:
     const SourceView& main_;
+    SourceGrid grid_;
     DepthAgreement agreement_;
 };
 

@@ -44,6 +44,7 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
     if (!is_live_)  // to jump may take longer
         options_.first_frame_limit_s = std::numeric_limits<double>::infinity();
     first_ = frame.main.info;
+    is_posed_ = frame.posed;
     wanted_first_ = first_.index;
     deliver(std::move(frame));
     thread_ = std::thread([this] { run(); });

@@ -56,6 +56,8 @@ public:
     /// Of the first frame.
     const FrameInfo& first() const { return first_; }
     bool is_live() const { return is_live_; }
+    /// Whether the first frame says where it was seen from.
+    bool is_posed() const { return is_posed_; }
     /// Whether a track says that its transfer is this one (FrameFeed::transfers).
     bool has_transfer(const std::string& name) const;
     const FeedSummary& summary() const { return summary_; }
@@ -96,7 +98,7 @@ private:
     std::condition_variable changed_;
     std::unique_ptr<FrameFeed> feed_;
     FrameInfo first_;
-    bool is_live_ = false;
+    bool is_live_ = false, is_posed_ = false;
     std::vector<std::string> transfers_;
     FeedSummary summary_;
     std::shared_ptr<FrameReel> reel_;

@@ -223,9 +223,18 @@ bool is_same(const Pose& a, const Pose& b) {
 }
 
 void FollowedHead::show(const Pose& frame_head) {
-    is_followed_ = std::ranges::any_of(sent_, [&](const Pose& sent) { return is_same(sent, frame_head); });
-    if (!is_followed_)
+    const auto is_frames = [&](const Pose& head) { return is_same(head, frame_head); };
+    is_followed_ = std::ranges::any_of(sent_, is_frames);
+    if (!is_followed_ && std::ranges::none_of(looked_, is_frames))
         around_ = frame_head;
+}
+
+void FollowedHead::looked(const Pose& head) {
+    if (is_same(head, around_))
+        return;  // a frame of the scene's own path may be there
+    looked_.push_back(head);
+    if (looked_.size() > max_sent)
+        looked_.pop_front();
 }
 
 void FollowedHead::sent(const Pose& head) {

@@ -119,6 +119,9 @@ public:
     void show(const Pose& frame_head);
     /// This was sent as where the head is.
     void sent(const Pose& head);
+    /// This was sent as where the head looks alone. Servers from before there were such poses render from it all the
+    /// same; such a frame moves nothing either.
+    void looked(const Pose& head);
 
     const Pose& around() const { return around_; }
     /// Whether what is shown was rendered for this head.
@@ -128,7 +131,7 @@ private:
     static constexpr std::size_t max_sent = 4096;  // two minutes of them
 
     Pose around_;
-    std::deque<Pose> sent_;
+    std::deque<Pose> sent_, looked_;
     bool is_followed_ = false;
 };
 

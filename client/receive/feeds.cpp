@@ -73,8 +73,8 @@ public:
     std::vector<FeedTrack> tracks() const override { return given_.tracks; }
     std::optional<double> fraction_done() const override { return given_.fraction_done; }
     bool is_live() const override { return feed_->is_live(); }
-    std::vector<std::string> transfers() const override { return feed_->transfers(); }
-    FeedSummary summary() const override { return feed_->summary(); }
+    std::vector<std::string> transfers() const override { return given_.transfers; }
+    FeedSummary summary() const override { return given_.summary; }
     bool seek(std::int64_t) override { return false; }
 
 private:
@@ -82,6 +82,8 @@ private:
         std::string truncation;
         std::vector<FeedTrack> tracks;
         std::optional<double> fraction_done;
+        std::vector<std::string> transfers;
+        FeedSummary summary;
     };
     /// A frame, or the end, or what went wrong; the last two stay.
     struct Arrival {
@@ -99,7 +101,10 @@ private:
         return open_feed(source, options);
     }
 
-    State state() const { return {feed_->truncation(), feed_->tracks(), feed_->fraction_done()}; }
+    /// The reading thread's, once there is one.
+    State state() const {
+        return {feed_->truncation(), feed_->tracks(), feed_->fraction_done(), feed_->transfers(), feed_->summary()};
+    }
 
     void read() {
         for (bool more = true; more;) {

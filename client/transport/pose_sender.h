@@ -31,6 +31,7 @@ private:
     Connection connection_;
     std::optional<ViewExtent> view_, last_view_;
     std::optional<Pose> last_;
+    bool last_steers_ = true;
     std::chrono::steady_clock::time_point last_at_;
 };
 

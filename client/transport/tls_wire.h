@@ -4,7 +4,10 @@
 
 #include <asio/buffer.hpp>
 #include <asio/ssl/stream.hpp>
+#include <asio/steady_timer.hpp>
 
+#include <chrono>
+#include <cstdint>
 #include <utility>
 
 namespace equistream {
@@ -14,7 +17,8 @@ template <typename Socket>
 class TlsLine : public std::enable_shared_from_this<TlsLine<Socket>> {
 public:
     TlsLine(Socket socket, std::shared_ptr<asio::ssl::context> context, bool is_server)
-        : context_(std::move(context)), is_server_(is_server), stream_(std::move(socket), *context_) {}
+        : context_(std::move(context)), is_server_(is_server), stream_(std::move(socket), *context_),
+          pause_(stream_.get_executor()) {}
 
     void open(Wire::Opened opened) {
         stream_.async_handshake(is_server_ ? asio::ssl::stream_base::server : asio::ssl::stream_base::client,
@@ -43,25 +47,40 @@ public:
     }
     void close() {
         asio::error_code ignored;
+        pause_.cancel();
         stream_.lowest_layer().close(ignored);
     }
 
 private:
+    static constexpr std::int64_t passed_over_bytes_per_second = 65536;
+
     /// Once an end has said that it will write no more, OpenSSL takes what still comes for an error. It is read all the
-    /// same: closing a socket with something unread takes back what the other end has not read yet.
+    /// same: closing a socket with something unread takes back what the other end has not read yet. It is read slowly,
+    /// for it may be without end.
     void pass_over(std::span<char> bytes, Wire::Moved moved) {
         stream_.next_layer().async_read_some(asio::buffer(bytes.data(), bytes.size()),
-                                             [self = this->shared_from_this(), bytes,
-                                              moved = std::move(moved)](const asio::error_code& error, std::size_t) {
+                                             [self = this->shared_from_this(), bytes, moved = std::move(moved)](
+                                                 const asio::error_code& error, std::size_t count) {
                                                  if (error)
                                                      return moved(error, 0);
-                                                 self->pass_over(bytes, moved);
+                                                 self->pass_over_later(count, bytes, moved);
                                              });
+    }
+
+    void pass_over_later(std::size_t count, std::span<char> bytes, Wire::Moved moved) {
+        pause_.expires_after(std::chrono::microseconds(std::int64_t(count) * 1'000'000 / passed_over_bytes_per_second));
+        pause_.async_wait(
+            [self = this->shared_from_this(), bytes, moved = std::move(moved)](const asio::error_code& over) {
+                if (over)
+                    return moved(over, 0);
+                self->pass_over(bytes, moved);
+            });
     }
 
     std::shared_ptr<asio::ssl::context> context_;
     bool is_server_, has_ended_ = false;
     asio::ssl::stream<Socket> stream_;
+    asio::steady_timer pause_;
 };
 
 template <typename Socket>

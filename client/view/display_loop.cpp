@@ -168,9 +168,9 @@ void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
         shown.by_geometry = settings_.shown.by_geometry;  // the command line's source is there again
     auto presenter = std::make_unique<Presenter>(
         *source, shown, Presenter::Place{.box = box_, .window = window_, .face = face_, .headset = headset_.get()});
-    if (resumes_ && presenter_ != nullptr)
+    const bool goes_on = std::exchange(resumes_, false) && presenter_ != nullptr;
+    if (goes_on)
         presenter->go_on_from(*presenter_);
-    resumes_ = false;
     shown_ = shown;
     presenter_ = std::move(presenter);
     source_ = std::move(source);
@@ -179,6 +179,8 @@ void DisplayLoop::show(std::unique_ptr<WatchedSource> source) {
     if (!began_)
         began_ = Clock::now();
     box_.ask_for_title("equistream: " + without_secrets(source_->settings.source));
+    if (!source_->note.empty() && !goes_on)
+        presenter_->tell(source_->note);
     kept_.remember(source_->settings.source);
     box_.ask_to_keep(kept_);
     inputs_.any = true;

@@ -23,6 +23,14 @@ using nlohmann::json;
 
 constexpr std::size_t max_file_bytes = 1 << 16;
 
+/// The setting of a name in the file: its own name, or its behind_name. Null: there is none.
+const ShownSetting* kept_setting(std::string_view name) {
+    const auto found = std::ranges::find_if(shown_settings(), [&](const ShownSetting& setting) {
+        return setting.is_kept && (setting.name == name || (setting.behind && setting.behind_name == name));
+    });
+    return found == shown_settings().end() ? nullptr : &*found;
+}
+
 /// Reads one part of the file and says what is wrong with it.
 class Reader {
 public:
@@ -35,10 +43,10 @@ public:
     void read_values(std::map<std::string, std::string, std::less<>>& values) {
         const json settings = part("settings", json::value_t::object);
         for (const auto& [name, value] : settings.items()) {
-            const ShownSetting* setting = find_shown_setting(name);
+            const ShownSetting* setting = kept_setting(name);
             ShownSettings tried;
             try {
-                if (setting == nullptr || !setting->is_kept || !value.is_string())
+                if (setting == nullptr || !value.is_string())
                     throw InputError(name);
                 setting->set(tried, value.get<std::string>());
                 values[name] = value.get<std::string>();
@@ -103,9 +111,14 @@ private:
 }  // namespace
 
 void KeptSettings::keep_changes(const ShownSettings& before, const ShownSettings& after) {
-    for (const ShownSetting& setting : shown_settings())
-        if (setting.is_kept && setting.value(before) != setting.value(after))
-            values[std::string(setting.name)] = setting.value(after);
+    for (const ShownSetting& setting : shown_settings()) {
+        const bool is_other_behind = setting.behind && setting.behind(before) != setting.behind(after);
+        if (!setting.is_kept || (setting.value(before) == setting.value(after) && !is_other_behind))
+            continue;
+        values[std::string(setting.name)] = setting.value(after);
+        if (setting.behind && setting.behind(after) != setting.value(after))
+            values[std::string(setting.behind_name)] = setting.behind(after);
+    }
 }
 
 std::string KeptSettings::name_of(const std::string& source) {
@@ -131,8 +144,9 @@ void KeptSettings::insert(const std::string& name) {
 
 void KeptSettings::apply_to(ShownSettings& shown) const {
     for (const ShownSetting& setting : shown_settings())
-        if (const auto found = values.find(setting.name); found != values.end())
-            setting.set(shown, found->second);
+        for (const std::string_view name : {setting.behind_name, setting.name})  // what is hidden, then what hides it
+            if (const auto found = values.find(name); found != values.end())
+                setting.set(shown, found->second);
 }
 
 fs::path kept_settings_file() {

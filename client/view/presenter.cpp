@@ -244,8 +244,13 @@ void Presenter::log_connection() {
 void Presenter::lead() {
     const bool has_moved =
         is_worn_ ? glm::length(seen_head_.position_m) > still_m : motion_.navigator().offset_m() != glm::dvec3(0);
-    if ((has_moved || frame().base || followed_.is_followed()) && poses_.send({frame().main.info.time_s, head()}))
+    const bool steers = has_moved || followed_.is_followed();
+    if (!(steers || frame().base) || !poses_.send({frame().main.info.time_s, head(), {}, steers}))
+        return;
+    if (steers)
         followed_.sent(head());
+    else
+        followed_.looked(head());
 }
 
 ViewerReport Presenter::report() {

@@ -195,6 +195,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
         {.layout = gl::DisplayLayout::side_by_side, .overlay = shown_.overlay, .fading = float(beyond_head_box())},
         headset_->size());
     times_.mark(gl::RenderStage::display);
+    refreshes_.add(now_s_, 1);
     ++report_.refreshes;
     report_.extrapolation_s += extrapolation_s_;
 }

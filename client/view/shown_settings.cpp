@@ -77,7 +77,9 @@ ShownSetting method_row() {
             .next_value =
                 [](const ShownSettings& shown) {
                     return shown.by_depth ? "rotation" : shown.by_geometry ? "eye-depth" : shown.engine;
-                }};
+                },
+            .behind_name = "method-by-depth",
+            .behind = [](const ShownSettings& shown) { return shown.engine; }};
 }
 
 ShownSetting anaglyph_row() {
@@ -119,29 +121,30 @@ ShownSetting fill_row() {
     const auto chain_of = [](const ShownSettings& shown) {
         return shown.fill_chain == default_fill ? std::string("on") : shown.fill_chain;
     };
-    return {
-        .name = "fill",
-        .label = "Fill gaps",
-        .section = PanelSection::fill,
-        .menu = SettingMenu::picture,
-        .key = Action::fill,
-        .words = off_or_on,
-        .parts = passes,
-        .help = "Passes that fill gaps, in order, of " + described(fill_stages(), true) + "; on: " + default_fill +
-                "; off: gaps stay black",
-        .value = [=](const ShownSettings& shown) { return shown.fill ? chain_of(shown) : std::string("off"); },
-        .set =
-            [](ShownSettings& shown, const std::string& word) {
-                Notes notes;
-                std::string chain = word == "off" ? shown.fill_chain : default_fill;
-                if (word != "on" && word != "off")
-                    chain = gl::with_passes_of_gpu(word, notes);
-                parse_fills(chain);  // says which words are accepted
-                shown.fill = word != "off";
-                shown.fill_chain = chain;
-                return notes;
-            },
-        .next_value = [=](const ShownSettings& shown) { return shown.fill ? std::string("off") : chain_of(shown); }};
+    return {.name = "fill",
+            .label = "Fill gaps",
+            .section = PanelSection::fill,
+            .menu = SettingMenu::picture,
+            .key = Action::fill,
+            .words = off_or_on,
+            .parts = passes,
+            .help = "Passes that fill gaps, in order, of " + described(fill_stages(), true) + "; on: " + default_fill +
+                    "; off: gaps stay black",
+            .value = [=](const ShownSettings& shown) { return shown.fill ? chain_of(shown) : std::string("off"); },
+            .set =
+                [](ShownSettings& shown, const std::string& word) {
+                    Notes notes;
+                    std::string chain = word == "off" ? shown.fill_chain : default_fill;
+                    if (word != "on" && word != "off")
+                        chain = gl::with_passes_of_gpu(word, notes);
+                    parse_fills(chain);  // says which words are accepted
+                    shown.fill = word != "off";
+                    shown.fill_chain = chain;
+                    return notes;
+                },
+            .next_value = [=](const ShownSettings& shown) { return shown.fill ? std::string("off") : chain_of(shown); },
+            .behind_name = "fill-passes",
+            .behind = chain_of};
 }
 
 ShownSetting exposure_row() {

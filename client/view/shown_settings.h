@@ -66,6 +66,10 @@ struct ShownSetting {
     std::function<std::vector<std::string>(ShownSettings&, const std::string&)> set{};
     /// What its key changes it to; null: the word after the one that it is.
     std::function<std::string(const ShownSettings&)> next_value{};
+    /// What the value hides while something else is shown: its name in the file of settings, and the word that `set`
+    /// takes. Null: the value hides nothing.
+    std::string_view behind_name{};
+    std::function<std::string(const ShownSettings&)> behind{};
 
     std::string next(const ShownSettings& shown) const;
     bool is_switch() const { return words.size() == 2 && words[0] == "off" && words[1] == "on"; }

@@ -59,6 +59,8 @@ Viewer::Viewer(const ViewerSettings& settings) : settings_(settings), kept_(sett
         window_ = Window::open(title, {place->width, place->height}, place);
     else
         window_ = Window::open(title, first_size(settings));
+    if (settings.size || !settings.truth.empty())
+        asked_size_ = window_->place();
     observe();
 }
 
@@ -111,7 +113,10 @@ void Viewer::write_kept() {
     if (settings_.kept_in.empty() || !may_write_)
         return;
     try {
-        kept_.window = window_->place();
+        // A size that was asked for is not kept, unless the window was resized since.
+        const DesktopPlace place = window_->place();
+        if (!asked_size_ || place.width != asked_size_->width || place.height != asked_size_->height)
+            kept_.window = place;
         write_kept_settings(settings_.kept_in, kept_, std::exchange(written_, kept_));
     } catch (const std::exception& error) {
         std::fprintf(stderr, "settings are not kept: %s\n", error.what());

@@ -25,8 +25,9 @@ private:
     HeldActions held() const;
 
     ViewerSettings settings_;
-    KeptSettings kept_;     ///< as they are to be written
-    KeptSettings written_;  ///< as they were read or written last
+    KeptSettings kept_;                       ///< as they are to be written
+    std::optional<DesktopPlace> asked_size_;  ///< of the window, by the command line; nothing: as it was kept
+    KeptSettings written_;                    ///< as they were read or written last
     bool may_write_ = true;
     std::unique_ptr<Window> window_;
     InputBox box_;

@@ -18,7 +18,7 @@ PipelineChoice widest_choice(bool has_scene, const ShownSettings& shown) {
     return {.engine = by_geometry ? "eye-depth" : shown.engine,
             .depth = by_geometry ? "gl" : "stream",
             .fill = shown.fill_chain,
-            .mirrors = shown.mirrors != MirrorTreatment::surface};
+            .mirrors = shown.mirrors != MirrorTreatment::surface || shown.overlay == gl::Overlay::reliability};
 }
 
 }  // namespace
@@ -32,11 +32,16 @@ WatchedSource::WatchedSource(const ViewerSettings& wanted, std::function<bool()>
                              .yuv = true,
                              .pq = true,
                              .hdr_display = wanted.requires_hdr ? wanted.hdr_display : nullptr,
-                             .specular = wanted.shown.mirrors != MirrorTreatment::surface,
+                             .specular = true,  // left out below where nothing asks for it
                              .left_out = [unused = unneeded_roles(widest_choice(wanted.scene.has_value(),
                                                                                 wanted.shown))] { return unused; },
                              .interrupted = std::move(interrupted),
                              .poses = &poses}) {
+    // As play: by other geometry parallax would be wrong, and nothing else would say so.
+    if (wanted.scene && loader.is_posed())
+        note = require_same_scene(loader.first(), without_secrets(wanted.source), *wanted.scene,
+                                  wanted.scene->file.string())
+                   .value_or("");
     if (!wanted.truth.empty())
         truth.emplace(wanted.truth);
     // What a container says of ours counts the pictures that come before they are shown.
@@ -71,7 +76,7 @@ LengthFinder::~LengthFinder() {
 bool needs_reopening(const ViewerSettings& opened, const ShownSettings& shown) {
     const bool has_scene = opened.scene.has_value();
     const PipelineChoice then = widest_choice(has_scene, opened.shown), now = widest_choice(has_scene, shown);
-    return (unneeded_roles(then) & ~unneeded_roles(now)).any() || (now.mirrors && !then.mirrors);
+    return (unneeded_roles(then) & ~unneeded_roles(now)).any();
 }
 
 SourceOpening::SourceOpening(const ViewerSettings& settings, const std::function<void()>& done)

@@ -42,7 +42,8 @@ private:
 /// Opened when it is made, by any thread. Destroyed where the context is current in which its buffers were read.
 class WatchedSource {
 public:
-    /// Throws InputError as FrameLoader and Truth do. `interrupted` ends it early.
+    /// Throws InputError as FrameLoader and Truth do, and where the frames were rendered from other geometry than the
+    /// scene's. `interrupted` ends it early.
     WatchedSource(const ViewerSettings& settings, std::function<bool()> interrupted);
 
     const ViewerSettings settings;
@@ -50,6 +51,7 @@ public:
     PoseSender poses;
     std::shared_ptr<gl::PictureBuffers> pictures;  ///< null: pictures are copied
     FrameLoader loader;                            ///< writes into them
+    std::string note;                              ///< on geometry that could not be checked; else empty
 
     /// From the first frame to the end of the last; 0: not known, or not yet.
     double seconds() const;

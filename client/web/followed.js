@@ -8,11 +8,18 @@ function isSame(a, b) {
         Math.min(apart(a.orientation, b.orientation, 1), apart(a.orientation, b.orientation, -1)) <= 1e-9;
 }
 
+function keep(heads, head) {
+    heads.push(head);
+    if (heads.length > mostSent)
+        heads.shift();
+}
+
 export class FollowedHead {
     constructor() {
         this.around = null;
         this.isFollowed = false;  // what is shown was rendered for a head that was sent
         this.heads = [];
+        this.looks = [];          // sent as where the head looks alone: older servers render from it all the same
         this.frame = null;
     }
 
@@ -23,13 +30,16 @@ export class FollowedHead {
         this.frame = frame;
         const {head} = frame.info;
         this.isFollowed = this.heads.some(sent => isSame(sent, head));
-        if (!this.isFollowed)
+        if (!this.isFollowed && !this.looks.some(look => isSame(look, head)))
             this.around = head;
     }
 
     sent(head) {
-        this.heads.push(head);
-        if (this.heads.length > mostSent)
-            this.heads.shift();
+        keep(this.heads, head);
+    }
+
+    looked(head) {
+        if (!isSame(head, this.around))
+            keep(this.looks, head);
     }
 }

@@ -5,12 +5,12 @@ const mostHeadsPerSecond = 30;
 /// A server says something at least once a second (docs/stream-format.md, "Live").
 const longestSilence = {first: 30000, later: 10000};
 
-function message(time, {position, orientation}, view) {
-    const bytes = new DataView(new ArrayBuffer(92));
+function message(time, {position, orientation}, view, steers) {
+    const bytes = new DataView(new ArrayBuffer(steers ? 92 : 100));  // the last number, 0: it only looks
     [..."EQVM"].forEach((letter, i) => bytes.setUint8(i, letter.charCodeAt(0)));
     bytes.setUint16(4, 1, true);
     bytes.setUint16(6, 1, true);
-    bytes.setUint32(8, 80, true);
+    bytes.setUint32(8, steers ? 80 : 88, true);
     const tangents = [0.5 * view.width / view.focal, 0.5 * view.height / view.focal];
     [time, ...position, ...orientation, ...tangents].forEach((number, i) => bytes.setFloat64(12 + 8 * i, number, true));
     return bytes.buffer;
@@ -54,13 +54,13 @@ export class LiveSocket {
     }
 
     /// Where the head is, in the scene's world; at most so often as servers want to know. Whether it was sent.
-    sendHead(time, head, view) {
+    sendHead(time, head, view, steers) {
         const now = performance.now();
         if (this.socket.readyState !== WebSocket.OPEN || now - this.sent < 1000 / mostHeadsPerSecond ||
             this.socket.bufferedAmount > 65536)
             return false;
         this.sent = now;
-        this.socket.send(message(time, head, view));
+        this.socket.send(message(time, head, view, steers));
         return true;
     }
 

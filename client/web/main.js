@@ -140,9 +140,13 @@ class Page {
     /// window.
     lead(hasMoved, head, view) {
         const {frame} = this.shownFrame;
-        if (this.live && (hasMoved || frame.window || this.followed.isFollowed) &&
-            this.live.sendHead(frame.info.time, head, view))
+        const steers = hasMoved || this.followed.isFollowed;
+        if (!this.live || !(steers || frame.window) || !this.live.sendHead(frame.info.time, head, view, steers))
+            return;
+        if (steers)
             this.followed.sent(head);
+        else
+            this.followed.looked(head);
     }
 
     viewed() {

@@ -69,7 +69,7 @@ EquirectCamera checked_window_camera(const es_sequence_settings& s) {
             "0, or 16 to " + std::to_string(max_image_side), std::to_string(s.window_columns));
     for (const double* limit : {&s.longitude_min, &s.longitude_max, &s.latitude_min, &s.latitude_max})
         require(*limit == 0, "longitude_min to latitude_max", "0 in a sequence of windows", in_words(*limit));
-    require(s.layer == ES_LAYER_FIRST && s.patch_side == 0, "window_columns",
+    require(stored_value(s.layer) == ES_LAYER_FIRST && s.patch_side == 0, "window_columns",
             "0 in a hidden layer and in an atlas of patches", std::to_string(s.window_columns));
     const auto columns = static_cast<int>(s.window_columns);
     const WindowGrid grid{columns, columns / 2, s.width, s.height};
@@ -82,7 +82,7 @@ EquirectCamera checked_ods(const es_sequence_settings& s) {
     const int eye = stored_value(s.eye);
     require(eye == ES_EYE_LEFT || eye == ES_EYE_RIGHT, "eye", "ES_EYE_LEFT or ES_EYE_RIGHT with ES_ODS",
             std::to_string(eye));
-    require(s.layer == ES_LAYER_FIRST && s.patch_side == 0 && s.accumulate_frames == 0, "camera",
+    require(stored_value(s.layer) == ES_LAYER_FIRST && s.patch_side == 0 && s.accumulate_frames == 0, "camera",
             "no ES_ODS in a hidden layer, in an atlas of patches or where frames are accumulated", "ES_ODS");
     const double ipd_m = checked_number("ipd_m", s.ipd_m, 0, max_ipd_m);
     return {s.width, s.height, checked_ranges(s), ods_side_m(static_cast<Eye>(eye), ipd_m)};
@@ -114,7 +114,7 @@ std::optional<PatchAtlas> checked_atlas(const es_sequence_settings& s, const Seq
         return std::nullopt;
     const auto* sphere = std::get_if<EquirectCamera>(&of.manifest.shared.camera);
     require(sphere != nullptr, "patch_side", "0 with a camera that is not ES_EQUIRECT", std::to_string(s.patch_side));
-    require(s.layer == ES_LAYER_FIRST, "patch_side", "0 in a hidden layer", std::to_string(s.patch_side));
+    require(stored_value(s.layer) == ES_LAYER_FIRST, "patch_side", "0 in a hidden layer", std::to_string(s.patch_side));
     require(s.patch_offset_count >= 1 && s.patch_offset_count <= std::uint32_t{max_patch_offsets} &&
                 s.patch_offsets_m != nullptr,
             "patch_offset_count", "1 to " + std::to_string(max_patch_offsets) + " and patch_offsets_m",

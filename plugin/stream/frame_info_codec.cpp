@@ -121,8 +121,8 @@ public:
 
     int get_side(const char* what) {
         const auto value = get<std::uint32_t>();
-        if (value > static_cast<std::uint32_t>(max_image_side))
-            damaged(std::string(what) + " of at most " + std::to_string(max_image_side), std::to_string(value));
+        if (value < 1 || value > static_cast<std::uint32_t>(max_image_side))
+            damaged(std::string(what) + " of 1 to " + std::to_string(max_image_side), std::to_string(value));
         return static_cast<int>(value);
     }
 

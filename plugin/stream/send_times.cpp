@@ -33,7 +33,7 @@ double frame_duration_s(const AVFormatContext& format) {
 std::vector<Placed> read_packets(AVFormatContext& format) {
     std::vector<Placed> packets;
     const av::Packet packet = av::make_packet();
-    while (av_read_frame(&format, packet.get()) >= 0) {
+    while (av::read_packet(format, *packet) >= 0) {
         const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
         const std::int64_t decoded = packet->dts != AV_NOPTS_VALUE ? packet->dts : time;
         const double tick_s = av_q2d(format.streams[packet->stream_index]->time_base);

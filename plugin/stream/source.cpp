@@ -187,8 +187,8 @@ void Source::make_io() {
     }
 }
 
-Source::Source(const std::string& name, const StreamReadOptions& options, const Patience& patience)
-    : options_(options), patience_(patience), is_watched_(is_server(name) && !options.read) {
+Source::Source(const std::string& name, const StreamReadOptions& options, const Patience& patience, bool is_copied)
+    : options_(options), patience_(patience), is_watched_(is_server(name) && !options.read), is_copied_(is_copied) {
     av::silence_log();
     if (!is_url(name)) {
         const std::filesystem::file_type type = type_of(name, "a video file");
@@ -237,7 +237,7 @@ void Source::open(const std::string& name) {
     if (url && has_tiles(*format_))
         format_->max_analyze_duration = longest_analysis_us;
     // Nor does libav need times of decoding, for which it reads eight pictures of each track: seconds of a slow server.
-    if (url && says_frame_rates(*format_))
+    if ((url || is_copied_) && says_frame_rates(*format_))
         format_->max_ts_probe = 0;
     StreamOptions stream_options(*format_);
     begin_waiting();

@@ -20,7 +20,9 @@ public:
     /// Throws InputError for what is no video, and WorkError for a server that does not answer; playlists are refused.
     /// Of `options`, which must outlive it, only `interrupted` and `read` are used. `patience` holds for addresses that
     /// are opened here; `read` has its own.
-    Source(const std::string& name, const StreamReadOptions& options, const Patience& patience = {});
+    /// `is_copied`: packets are passed on, not decoded.
+    Source(const std::string& name, const StreamReadOptions& options, const Patience& patience = {},
+           bool is_copied = false);
     Source(const Source&) = delete;
     Source& operator=(const Source&) = delete;
 
@@ -46,6 +48,7 @@ private:
     const StreamReadOptions& options_;
     Patience patience_;
     bool is_watched_;  ///< opened here, from a server
+    bool is_copied_;
     Clock::time_point waiting_since_ = Clock::now();
     const AVFormatContext* opening_ = nullptr;  ///< what libav works on
     std::int64_t bytes_ = -1;                   ///< that had come when it was asked last; -1: not connected

@@ -128,7 +128,8 @@ struct TileSender::State {
     std::string out;  ///< the muxer's bytes, on their way
 };
 
-TileSender::State::State(const TileRecording& recording_of) : recording(recording_of), source(recording.file, options) {
+TileSender::State::State(const TileRecording& recording_of)
+    : recording(recording_of), source(recording.file, options, {}, true) {
     AVFormatContext* opened = nullptr;
     if (avformat_alloc_output_context2(&opened, nullptr, "matroska", nullptr) < 0)
         throw InputError(recording.file + ": this libavformat cannot write matroska");
@@ -284,7 +285,6 @@ void TileSender::State::send_next(const std::set<int>& looked_at) {
         return write_header();
     if (line.empty()) {
         require(av_write_trailer(muxer.get()), "ending");
-        avio_flush(muxer->pb);
         over = true;
         return;
     }

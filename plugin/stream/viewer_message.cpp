@@ -29,6 +29,7 @@ static_assert(sizeof(Header) == 12);
 using PoseBody = std::array<double, 8>;
 static_assert(sizeof(PoseBody) == 64);
 using ViewBody = std::array<double, 2>;  ///< appended to a pose, or not
+using SteersBody = double;               ///< appended to both where it is 0: the head has only turned
 
 /// Of a view's tangents: about 1 and 178 degrees.
 constexpr double narrowest_view = 0.01, widest_view = 57;
@@ -42,19 +43,28 @@ bool leaves_room_for_eyes(const glm::dvec3& head_m) {
     return glm::all(glm::lessThanEqual(glm::abs(head_m), glm::dvec3(max_head_coordinate_m)));
 }
 
-std::optional<ViewerPose> pose_of(const PoseBody& body) {
-    ViewerPose pose{body[0], {{body[1], body[2], body[3]}, {body[4], body[5], body[6], body[7]}}};
-    const bool finite = std::ranges::all_of(body, [](double value) { return std::isfinite(value); });
-    if (!finite || !leaves_room_for_eyes(pose.head.position_m) ||
-        !(std::abs(glm::length(pose.head.orientation) - 1) <= longest_off_unit))
-        return std::nullopt;
-    return pose;
-}
-
 std::optional<ViewExtent> extent_of(const ViewBody& body) {
     if (std::ranges::all_of(body, [](double half) { return half >= narrowest_view && half <= widest_view; }))
         return ViewExtent{body[0], body[1]};
     return std::nullopt;
+}
+
+/// Of a body that is as long as a pose's at least.
+std::optional<ViewerPose> pose_of(std::span<const std::uint8_t> bytes) {
+    PoseBody body;
+    std::memcpy(&body, bytes.data(), sizeof body);
+    ViewBody view = {0, 0};
+    if (bytes.size() >= sizeof body + sizeof view)
+        std::memcpy(&view, bytes.data() + sizeof body, sizeof view);
+    SteersBody steers = 1;
+    if (bytes.size() >= sizeof body + sizeof view + sizeof steers)
+        std::memcpy(&steers, bytes.data() + sizeof body + sizeof view, sizeof steers);
+    const Pose head{{body[1], body[2], body[3]}, {body[4], body[5], body[6], body[7]}};
+    const bool finite = std::ranges::all_of(body, [](double value) { return std::isfinite(value); });
+    if (!finite || !leaves_room_for_eyes(head.position_m) ||
+        !(std::abs(glm::length(head.orientation) - 1) <= longest_off_unit))
+        return std::nullopt;
+    return ViewerPose{body[0], head, extent_of(view), steers != 0};
 }
 
 }  // namespace
@@ -63,15 +73,19 @@ std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose) {
     const glm::dvec3& p = pose.head.position_m;
     const glm::dquat& q = pose.head.orientation;
     const PoseBody body = {pose.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
-    const ViewExtent extent = pose.view.value_or(ViewExtent{});
-    const ViewBody view = {extent.half_width, extent.half_height};
+    ViewBody view = {0, 0};  // which counts as not said
+    if (pose.view)
+        view = {pose.view->half_width, pose.view->half_height};
+    const SteersBody steers = 0;
+    std::vector<std::uint8_t> bytes(sizeof(Header) + sizeof body + sizeof view + sizeof steers);
+    std::memcpy(bytes.data() + sizeof(Header), &body, sizeof body);
+    std::memcpy(bytes.data() + sizeof(Header) + sizeof body, &view, sizeof view);
+    std::memcpy(bytes.data() + sizeof(Header) + sizeof body + sizeof view, &steers, sizeof steers);
+    const std::size_t unsaid = !pose.steers ? 0 : pose.view ? sizeof steers : sizeof steers + sizeof view;
+    bytes.resize(bytes.size() - unsaid);
     Header header;
-    header.body_bytes = sizeof body + (pose.view ? sizeof view : 0);
-    std::vector<std::uint8_t> bytes(sizeof header + sizeof body + sizeof view);
+    header.body_bytes = std::uint32_t(bytes.size() - sizeof header);
     std::memcpy(bytes.data(), &header, sizeof header);
-    std::memcpy(bytes.data() + sizeof header, &body, sizeof body);
-    std::memcpy(bytes.data() + sizeof header + sizeof body, &view, sizeof view);
-    bytes.resize(sizeof header + header.body_bytes);
     return bytes;
 }
 
@@ -102,18 +116,9 @@ std::optional<ViewerPose> ViewerMessageReader::take(std::span<const std::uint8_t
         std::memcpy(&header, read_.data(), sizeof header);
         if (read_.size() < sizeof header + header.body_bytes)
             break;
-        PoseBody body;
-        if (header.version == version && header.kind == pose_kind && header.body_bytes >= sizeof body) {
-            std::memcpy(&body, read_.data() + sizeof header, sizeof body);
-            std::optional<ViewerPose> pose = pose_of(body);
-            ViewBody view;
-            if (pose && header.body_bytes >= sizeof body + sizeof view) {
-                std::memcpy(&view, read_.data() + sizeof header + sizeof body, sizeof view);
-                pose->view = extent_of(view);
-            }
-            if (pose)
+        if (header.version == version && header.kind == pose_kind && header.body_bytes >= sizeof(PoseBody))
+            if (const auto pose = pose_of(std::span(read_).subspan(sizeof header, header.body_bytes)))
                 last = pose;
-        }
         read_.erase(read_.begin(), read_.begin() + std::ptrdiff_t(sizeof header + header.body_bytes));
     }
     return last;

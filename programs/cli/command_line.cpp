@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <type_traits>
@@ -12,11 +14,13 @@ namespace equistream::cli {
 
 namespace {
 
-/// CLI11 takes an empty word for 0, and 010 for 8.
+/// CLI11 takes an empty word for 0, and 010 for 8, and finds NaN in every range.
 template <typename Value>
 std::string unless_a_number(const std::string& word) {
     if (word.empty())
         return "expected a number, found ''";
+    if (std::is_floating_point_v<Value> && std::isnan(std::strtod(word.c_str(), nullptr)))
+        return "expected a number, found '" + word + "'";
     const std::size_t begin = word.find_first_not_of("+-");
     const bool is_octal = std::is_integral_v<Value> && begin != word.npos && begin + 1 < word.size() &&
                           word[begin] == '0' && word.find_first_not_of("0123456789", begin) == word.npos;

@@ -58,6 +58,13 @@ void require_depth_for_its_options(const DepthRequest& request, const DepthPlan&
     check("--depth-crf", request.crf.has_value(), !plan.tracks.empty());
     check("--depth-share", request.share.has_value(), beside_hidden || plan.images_left_out_share.has_value());
     check("--depth-scale", request.halved == true, any(may_be_halved));
+    const auto is_lossy = [](const DepthTrack& track) { return track.code != DepthCodeId::lossless; };
+    cli::require(!request.crf || std::ranges::any_of(plan.tracks, is_lossy), "--depth-crf",
+                 "depth that loses something by coding", "--depth lossless");
+    const bool judges_images =
+        request.images == ImagesTrack::if_cheap && (plan.images_left_out_share || any(is_reflections));
+    cli::require(!request.crf || !request.share || judges_images, "--depth-share",
+                 "no --depth-crf beside it, which takes its place", in_words(request.crf.value_or(0)));
 }
 
 /// Depth tracks of a stream being written: each group's range, and what its steps and its clamping cost.

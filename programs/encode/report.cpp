@@ -242,6 +242,12 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
                      "  no track of mirrors and glass, which would take %s of the colour's bits (--mirrors always "
                      "sends it)\n",
                      percent_text(*report.images_left_out_share).c_str());
+    const auto is_of_mirrors = [](const EncodedTrack& track) { return is_reflections(track.settings.role); };
+    if (request.depth.images == ImagesTrack::always && std::ranges::none_of(report.tracks, is_of_mirrors))
+        std::fprintf(out,
+                     "  no track of mirrors and glass: %s has none in the frames that were looked at (render "
+                     "--aovs depth,specular,virtual)\n",
+                     request.sources.looked_at().folder.string().c_str());
     if (report.trial && report.trial->share() > report.trial->allowed)
         std::fprintf(out,
                      "  depth takes more than %s of the colour's bits: coarser than that, surfaces leave their "

@@ -83,6 +83,13 @@ void require_source_elsewhere(const Settings& settings) {
         cli::require_not_read("--out", target, {settings.source});
 }
 
+/// A video does not say which settings it is of: as with export, none makes way unasked.
+void require_new_video(const Settings& settings) {
+    std::error_code error;
+    cli::require(settings.overwrite || !fs::is_regular_file(settings.out, error), "--out " + settings.out.string(),
+                 "the name of a new video, or --overwrite", "a file of this name");
+}
+
 /// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
 void clear_views(const Settings& settings) {
     const fs::path& out = settings.out;
@@ -101,7 +108,9 @@ void clear_views(const Settings& settings) {
 
 Outputs::Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
     require_source_elsewhere(settings);
-    if (!is_video_)
+    if (is_video_)
+        require_new_video(settings);
+    else
         prepare_folder(settings);
     eyes_.emplace(settings);
 }

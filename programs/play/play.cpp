@@ -136,7 +136,7 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
     if (arguments.frames)
         settings.frames = *arguments.frames;
     if (const auto& deg = settings.fov_deg)
-        require(*deg > 0 && *deg < 179, "--fov", "degrees above 0 and below 179", std::to_string(*deg));
+        require(*deg > 0.1 && *deg < 179, "--fov", "degrees above 0.1 and below 179", in_words(*deg));
     if (const auto& ipd_m = settings.ipd_m)
         require(*ipd_m >= 0 && *ipd_m <= 1, "--ipd", "metres from 0 to 1", std::to_string(*ipd_m));
     require(settings.repeat >= 1 && settings.repeat <= 10000, "--repeat", "1 to 10000",
@@ -228,7 +228,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                    "side by side or by --layout anaglyph")
         .required();
     app.add_flag("--overwrite", settings.overwrite,
-                 "Views of other settings in the folder make way; default: such a folder is refused");
+                 "Views of other settings in the folder make way, or a video of this name; default: both are refused");
     return [arguments, &app] { run(*arguments, app); };
 }
 

@@ -203,7 +203,7 @@ private:
     void encode(const RenderedFrame& frame, bool begin_group, double coarser, const Times& times) {
         const auto start = Clock::now();
         try {
-            auto coded = encoder_.encode(frame.file, frame.window, begin_group, coarser);
+            auto coded = encoder_.encode(frame.file, frame.window, begin_group, coarser, seconds_since(start_));
             asio::post(io_, [this, coded = std::move(coded), start, took_s = seconds_since(start), times] {
                 figures_.stages.add(LiveStage::wait, std::chrono::duration<double>(start - times.rendered).count());
                 figures_.stages.add(LiveStage::encode, took_s);
@@ -373,7 +373,7 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--size", o.size, "Of the spheres, WxH").with_default();
     add("--window", o.window,
         "W x H degrees of a denser sphere, as render does, around the gaze of the viewer that steers "
-        "and of those who look nearly there");
+        "(of the first one while nobody does) and of those who look nearly there");
     add("--density", o.density, "Columns of that denser sphere (default: four times the spheres')");
     add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
     add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")

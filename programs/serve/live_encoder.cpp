@@ -18,6 +18,8 @@ namespace {
 
 /// So long a viewer who comes waits at most, and one who lost something.
 constexpr double longest_group_s = 1;
+/// Viewers that come ask for groups, and key frames take bits from all.
+constexpr double shortest_group_s = 0.25;
 /// A group's range begins so much nearer than its first frame's nearest surface, as heads move on within it.
 constexpr double room_to_approach = 0.8;
 /// Depth is coded as asked for until colour has given up so many steps of CRF.
@@ -110,7 +112,7 @@ void LiveEncoder::set_quality(double coarser) {
 }
 
 LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::string& window, bool begin_group,
-                                       double coarser) {
+                                       double coarser, double now_s) {
     if (parts_.empty()) {
         parts_.push_back({TrackRole::main});
         if (!window.empty())
@@ -127,8 +129,11 @@ LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::strin
         coded.header = std::exchange(taken_, {});
     }
     set_quality(coarser);
-    coded.begins_group = begin_group || needs_group();
+    is_group_wanted_ = is_group_wanted_ || begin_group;
+    coded.begins_group = needs_group() || (is_group_wanted_ && now_s - group_began_s_ >= shortest_group_s);
     if (coded.begins_group) {
+        is_group_wanted_ = false;
+        group_began_s_ = now_s;
         group_start_s_ = parts_.front().frame.info.time_s;
         if (depth_code_)
             for (Part& part : parts_)

@@ -32,9 +32,11 @@ public:
         bool begins_group = false;  ///< whoever has the header can begin here
         double coarser = 0;         ///< as it was asked for
     };
-    /// Reads a frame, and its window's where there is one, and removes the files. A group begins with it if it is asked
-    /// to, and at least once a second. `coarser` is in steps of CRF (rate.h). Throws WorkError or InputError.
-    Coded encode(const std::string& file, const std::string& window, bool begin_group, double coarser);
+    /// Reads a frame, and its window's where there is one, and removes the files. A group begins at least once a second
+    /// of scene time. One that is asked for begins with this frame, or with a later one where the last began less than
+    /// 0.25 s ago; `now_s` is on the server's clock. `coarser` is in steps of CRF (rate.h). Throws WorkError or
+    /// InputError.
+    Coded encode(const std::string& file, const std::string& window, bool begin_group, double coarser, double now_s);
     /// What ends the stream; nothing where there was no frame.
     std::string finish();
 
@@ -63,7 +65,9 @@ private:
     std::unique_ptr<DepthCode> depth_code_;  // null: no depth
     double box_radius_m_ = 0;
     std::optional<double> group_start_s_;
-    double coarser_ = 0;  // as the encoders have been told
+    bool is_group_wanted_ = false;
+    double group_began_s_ = 0;  // on the server's clock
+    double coarser_ = 0;        // as the encoders have been told
 };
 
 }  // namespace equistream::serve

@@ -175,7 +175,7 @@ void LiveStream::end() {
 }
 
 const LiveFeed* LiveStream::steers() const {
-    const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->head().is_known(); });
+    const auto steers = std::ranges::find_if(feeds_, [](const LiveFeed* feed) { return feed->head().steers(); });
     return steers == feeds_.end() ? nullptr : *steers;
 }
 
@@ -198,9 +198,15 @@ std::optional<std::pair<int, Delivery>> LiveStream::delivery() const {
 
 std::optional<glm::dvec3> LiveStream::gaze(double ahead_s) const {
     std::vector<glm::dvec3> gazes;  // each asked for once: a moment later a head may be elsewhere
+    const auto add = [&](const LiveFeed* feed) {
+        gazes.push_back(feed->head().head(ahead_s).orientation * glm::dvec3(0, 0, -1));
+    };
+    const LiveFeed* const first = steers();
+    if (first != nullptr)
+        add(first);
     for (const LiveFeed* feed : feeds_)
-        if (feed->head().is_known())
-            gazes.push_back(feed->head().head(ahead_s).orientation * glm::dvec3(0, 0, -1));
+        if (feed != first && feed->head().is_known())
+            add(feed);
     return gazes.empty() ? std::nullopt : std::optional(mean_gaze(gazes));
 }
 

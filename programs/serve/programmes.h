@@ -64,6 +64,8 @@ public:
     /// Whether a pose was completed by these bytes.
     bool hear(std::span<const char> bytes);
     bool is_known() const { return pose_.has_value(); }
+    /// One that only looks leaves the path to others.
+    bool steers() const { return pose_ && pose_->steers; }
     /// As the viewer said it last. It must be known.
     const Pose& last() const { return pose_->head; }
     /// Where it was last, turned as it will be so long from now. It must be known.
@@ -108,13 +110,13 @@ public:
     void end();
 
     std::size_t viewers() const { return feeds_.size(); }
-    /// Of the viewer that came first of those who have sent one: where its head is, as it said last. Clients know their
-    /// own poses again.
+    /// Of the viewers whose last pose steers, the one that came first: where its head is, as it said last. Clients know
+    /// their own poses again.
     std::optional<Pose> steering() const;
     /// Since that pose came.
     std::optional<double> steering_age_s() const;
-    /// So long from now: the mean of that viewer's gaze and of the gazes within 30 degrees of it, in the world; nothing
-    /// before there is such a viewer.
+    /// So long from now, the mean of a gaze and of the gazes within 30 degrees of it, in the world: the gaze of the
+    /// viewer that steers, or while nobody does of the first that has sent a pose. Nothing: no viewer has sent one.
     std::optional<glm::dvec3> gaze(double ahead_s) const;
     std::int64_t poses_heard() const { return poses_heard_; }
     /// Of the viewer that steers, or of the first one while nobody does: its number, from 1, and how it keeps up.

@@ -164,7 +164,8 @@ WebSettings web_settings(Options& options) {
     const std::string place = has_tls ? options.web.substr(https.size()) : options.web;
     const bool has_host = place.find(':') != std::string::npos;
     const auto address = parse_server_address((has_host ? "tcp://" : "tcp://:") + place);
-    cli::require(address.has_value(), "--web", "PORT, HOST:PORT or https://HOST:PORT", "'" + options.web + "'");
+    cli::require(address.has_value(), "--web", "PORT, HOST:PORT or https://HOST:PORT",
+                 "'" + without_secrets(options.web) + "'");
     cli::require(has_tls || options.certificate.empty(), "--certificate", "--web https://HOST:PORT beside it",
                  options.web);
     const asio::ip::tcp::endpoint endpoint = resolve(*address, "--web");

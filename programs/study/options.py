@@ -6,6 +6,7 @@ import json
 import pathlib
 import re
 import shlex
+import subprocess
 import sys
 import threading
 import time
@@ -15,7 +16,16 @@ FEWEST = 3
 TRUE, FALSE = ("true", "on", "yes", "1"), ("false", "off", "no", "0")
 
 
+class Version(argparse.Action):
+    """The commands are of one version, which the dispatcher says."""
+
+    def __call__(self, parser, *_):
+        words = sys.argv[1:]
+        parser.exit(subprocess.run([pathlib.Path(words[words.index("--bin") + 1]) / "equistream", "--version"]).returncode)
+
+
 def add_common(parser):
+    parser.add_argument("--version", action=Version, nargs=0, help="display the version and exit")
     parser.add_argument("--settings", type=pathlib.Path, metavar="FILE", help="read options from a file: lines of option = value (the command line wins)")
     parser.add_argument("--json", action="store_true", help="report as JSON on standard output")
     parser.add_argument("--progress", choices=("auto", "json", "none"), default="auto", help="auto: a line a step on standard error; json: the same as JSON; none: nothing")
@@ -34,7 +44,7 @@ def words_of(parser, file, section):
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         parser.error(f"argument --settings: {file}: expected a text file, found {getattr(error, 'strerror', None) or 'other bytes'}")
-    known = {name.lstrip("-"): action for action in parser._actions for name in action.option_strings if action.dest not in ("help", "settings")}
+    known = {name.lstrip("-"): action for action in parser._actions for name in action.option_strings if action.dest not in ("help", "version", "settings")}
     words, here = [], section
     for number, line in enumerate(lines, start=1):
         line = line.strip()

@@ -6,12 +6,14 @@ takes and ran beside others.
 
 import concurrent.futures
 import contextlib
+import glob
 import hashlib
 import importlib.util
 import json
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -57,11 +59,21 @@ def expect_packages(command):
                      f"EQUISTREAM_PYTHON names another Python; to build it: cmake --build --preset release --target programs") from None
 
 
+def aside_of(file):
+    """A name of this process's own, on whatever machine it runs: several may make the same file at once. What processes that ended have left goes."""
+    begin = f"{file.name}.{socket.gethostname()}-"
+    for left in file.parent.glob(f"{glob.escape(begin)}*.unfinished"):
+        process = left.name[len(begin):].removesuffix(".unfinished")
+        if process.isdigit() and not pathlib.Path(f"/proc/{process}").exists():
+            left.unlink(missing_ok=True)
+    return file.with_name(f"{begin}{os.getpid()}.unfinished")
+
+
 def write_whole(file, content):
     """Text or bytes; appears whole or not at all."""
     file = pathlib.Path(file)
     file.parent.mkdir(parents=True, exist_ok=True)
-    aside = file.with_name(file.name + ".unfinished")
+    aside = aside_of(file)
     aside.write_bytes(content if isinstance(content, bytes) else content.encode())
     os.replace(aside, file)
 
@@ -199,11 +211,16 @@ class Steps:
         start = time.monotonic()
         beside = self.beside > 0
         output = errors.with_suffix(".out")
-        aside = output.with_name(output.name + ".unfinished")
-        with open(errors, "wb") as log, open(aside, "wb") as out:
-            code, usage = self.waited_for(words, out, log)
+        aside = aside_of(output)
+        try:
+            with open(errors, "wb") as log, open(aside, "wb") as out:
+                code, usage = self.waited_for(words, out, log)
+        except BaseException:
+            aside.unlink(missing_ok=True)
+            raise
         wall_s = time.monotonic() - start
         if code != 0:
+            aside.unlink(missing_ok=True)
             lines = errors.read_text(errors="replace").strip().splitlines()
             raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
         os.replace(aside, output)

@@ -1,5 +1,5 @@
 // Depth of an earlier picture's samples, NaN where its surface is not there any more: the main picture, of any
-// camera, looks through it. As SeenThrough of picture_passes.cpp has it.
+// camera, looks through it. The same as SeenThrough in picture_passes.cpp.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 1) uniform sampler2D source_depth;
@@ -20,7 +20,7 @@ bool is_still_there(vec3 point_m) {
     float clearance = clearance_of(length(point_m));
     // Somewhere around the pixel, for the point may lie on a slope or at an edge.
     for (int k = 0; k < 9; ++k) {
-        ivec2 s = clamp(ivec2(position) + ivec2(k % 3, k / 3) - 1, ivec2(0), other.source_size - 1);
+        ivec2 s = wrapped_in_other(ivec2(position) + ivec2(k % 3, k / 3) - 1);
         float now = clearance_of(texelFetch(main_depth, s, 0).x);
         if (now <= clearance || agree(now, clearance))
             return true;

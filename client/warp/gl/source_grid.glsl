@@ -49,6 +49,13 @@ vec2 position_in_other(vec3 d) {
     return position_on(vec2(other.source_size), other.source_is_sphere, other.source_focal_px, other.source_middle,
                        other.source_top, vec2(other.columns_per_radian, other.rows_per_radian), d);
 }
+
+/// As wrapped().
+ivec2 wrapped_in_other(ivec2 s) {
+    Wrapping grid = Wrapping(other.source_size.x, other.source_size.y, other.source_closes != 0,
+                             other.source_north_pole != 0, other.source_south_pole != 0);
+    return ivec2(wrapped_column(grid, s.x, s.y), wrapped_row(grid, s.y));
+}
 #endif
 
 /// False for NaN.

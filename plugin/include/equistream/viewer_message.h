@@ -14,6 +14,7 @@ struct ViewerPose {
     double time_s = 0;                 ///< of the picture on show
     Pose head;                         ///< in the scene's world
     std::optional<ViewExtent> view{};  ///< what the viewer shows; nothing: it does not say
+    bool steers = true;                ///< false: the head has only turned; the pose says where it looks
 };
 
 std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose);

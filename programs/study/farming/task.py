@@ -10,9 +10,12 @@ import subprocess
 import sys
 
 from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, is_done, read_plan
-from gathered import gather
+from gathered import gather, require_one_render
 from options import minutes_text
 from steps import ENDS_WITH_PARENT, Failed, write_whole
+
+VIDEOS = ".mp4", ".mkv"
+"""What plays write as one file."""
 
 USAGE = 2
 """The exit status of a command that was given wrong words: trying again would not help."""
@@ -117,6 +120,16 @@ class Runner:
         raise Failed(f"equistream {shlex.join(words)}: {'stopped' if self.stopped else why}; the same task goes on where it was")
 
 
+def with_overwrite(words, base, begun, told):
+    """A play that is done again replaces its own video, and no other's: nothing stood there when it first began."""
+    outs = [base / (word.partition("=")[2] or after) for word, after in zip(words, [*words[1:], ""]) if word.partition("=")[0] == "--out"]
+    if "--overwrite" in words or not outs or outs[-1].suffix not in VIDEOS:
+        return words
+    if not outs[-1].is_file():
+        write_whole(begun, told)
+    return [*words, "--overwrite"] if begun.exists() and begun.read_text() == told else words
+
+
 def gather_frames(step, folder, base):
     """All that the step's tasks rendered, in the folder that the job names. Failed where a frame is missing."""
     out = base / step["out"]
@@ -149,7 +162,12 @@ def run(programs, asked):
         if step["kind"] == "gather":
             gather_frames(step, asked.folder, base)
         else:
+            if words[0] == "play":
+                words = with_overwrite(words, base, done.with_name(done.name + ".begun"), told)
             Runner(programs.resolve() / "equistream", base, report).until_done(words, plan["retries"])
+        if step["kind"] == "frames":
+            # Now, and not when all is rendered.
+            require_one_render(chunk_folder(asked.folder, step, *chunks(step)[asked.number]), base / step["out"])
         if step["kind"] not in ("frames", "parts"):
             write_whole(done, told)
         report.step(1, "done")

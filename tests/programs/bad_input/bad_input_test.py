@@ -455,6 +455,10 @@ class BadInput(unittest.TestCase):
         self.assertEqual(json.loads(done.stdout)["settings"]["layout"], "sbs")
         tracks = json.loads(run("info", out, "--json").stdout)["tracks"]
         self.assertEqual([(track["width"], track["height"], track["pictures"], track["stereo"]) for track in tracks], [(128, 64, 2, "sbs")])
+        before = out.read_bytes()
+        self.assert_refused(run(*play, "--layout", "anaglyph", "--out", out), 2, f"--out {out}: expected the name of a new video, or --overwrite, found a file of this name")
+        self.assertEqual(out.read_bytes(), before)
+        self.assertEqual(run(*play, "--out", out, "--overwrite").returncode, 0)
         red_cyan = self.out / "red-cyan.mkv"
         self.assertEqual(run(*play, "--layout", "anaglyph", "--out", red_cyan).returncode, 0)
         self.assertEqual(json.loads(run("info", red_cyan, "--json").stdout)["tracks"][0]["width"], 64)

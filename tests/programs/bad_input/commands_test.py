@@ -185,6 +185,10 @@ class Views(Commands):
             self.refused(words, "expected another place than what is read, found")
             self.assertEqual(contents(self.out), before)
 
+    def test_a_view_that_nothing_could_read_is_refused(self):
+        self.refused(["play", self.frames, "--method", "rotation", "--size", "64x64", "--fov", 0.05, "--format", "exr", "--out", self.out / "views"],
+                     "--fov: expected degrees above 0.1 and below 179, found 0.05")
+
     def test_frames_without_a_manifest_are_not_replaced_by_their_views(self):
         frames = self.out / "frames"
         shutil.copytree(self.frames / "centre", frames / "left", ignore=shutil.ignore_patterns("manifest.json"))

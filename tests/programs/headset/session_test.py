@@ -98,6 +98,7 @@ class Time(Worn):
         for script, latency_ms in ((["lead-ms 40"], 40), ([], 1e3 / 90)):
             _, _, result = self.worn([*script, STILL, STILL, "exit"], "--json")
             self.assertAlmostEqual(json.loads(result.stdout)["latency_ms"], latency_ms, delta=1e-3)
+            self.assertGreater(float(json.loads(result.stdout)["panel"]["speed"]["refreshes"].split()[0]), 0)
 
     def test_what_moves_is_carried_on_until_it_is_seen(self):
         scene = PROGRAMS.scene("motion", self.root)

@@ -424,6 +424,20 @@ class Import(unittest.TestCase):
                 np.testing.assert_allclose(found[c][window], rgb[window][..., k], rtol=2e-3, atol=2e-3)
                 self.assertEqual(found[c][outside].max(), 0)
 
+    def test_views_within_the_names_of_channels(self):
+        """As Blender writes both eyes into one part: the view before the last word."""
+        planes = {}
+        for view, file in (("left", self.sphere[0]), ("right", self.sphere[1])):
+            for name, plane in self.cycles_channels(read_frame(file)).items():
+                first, _, last = name.rpartition(".")
+                planes[f"{first}.{view}.{last}"] = np.ascontiguousarray(plane.astype(np.float32))
+        header = {"type": OpenEXR.scanlineimage, "multiView": ["left", "right"]}
+        OpenEXR.File([OpenEXR.Part(header, planes)]).write(str(self.work / "both.0000.exr"))
+        result = run("import", self.work / "both.0000.exr", "--preset", "cycles", "--out", self.work / "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for view, file in (("left", self.sphere[0]), ("right", self.sphere[1])):
+            self.assert_same(file, self.work / "out" / view / "frame.0000.exr", ["R", "G", "B", "depth.Z"])
+
     def test_tiled_half_and_mip_mapped(self):
         frame = read_frame(self.sphere[0])
         flat = self.work / "flat" / "a.0000.exr"

@@ -116,6 +116,8 @@ class Version(unittest.TestCase):
         version = re.search(r"project\(equistream VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text())[1]
         self.assertEqual(equistream("--version").stdout, f"equistream {version}\n")
         self.assertEqual(equistream("encode", "--version").stdout, f"equistream {version}\n")
+        for command in ("farm", "fit", "study"):  # these are in Python
+            self.assertEqual(equistream(command, "--version").stdout, f"equistream {version}\n")
         headings = re.findall(r"^## (.*)$", (SOURCE / "CHANGELOG.md").read_text(), re.M)
         self.assertEqual(headings[0], f"{version} (unreleased)")
         self.assertEqual(re.search(r"^version: (.*)$", (SOURCE / "CITATION.cff").read_text(), re.M)[1], version)

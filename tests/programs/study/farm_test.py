@@ -100,6 +100,23 @@ class Divided(Farm):
         self.assertEqual((self.root / "frames/scene.json").read_text(), "as Mitsuba's host writes it")
         self.assertEqual(len(list((self.root / "frames/left").glob("*.exr"))), 1)
 
+    def test_frames_of_other_settings_where_the_job_puts_its_own_are_told_by_the_first_task(self):
+        self.started(*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--out", "frames").check_returncode()
+        self.farm("--chunk", 5, "--frame-seconds", 3, *self.render, "--out", "frames")
+        self.assertRegex(self.farm("task", "farm", "render", 1, status=1).stderr,
+                         r"000005-000009/centre/manifest.json: expected the settings and the build of the renderer of .*frames/centre/manifest.json, found others")
+
+    def test_a_play_that_is_done_again_replaces_its_own_video_and_no_other(self):
+        job = ("play", "whole", "--method", "rotation", "--size", "64x64", "--frames", "0", "--out", "eyes.mp4")
+        self.addCleanup((self.root / "eyes.mp4").unlink, missing_ok=True)
+        self.farm(*job)
+        self.farm("task", "farm", "play", 0)
+        (self.root / "farm/done/play-0").unlink()  # as where the machine was lost in between
+        self.farm("task", "farm", "play", 0)
+        shutil.rmtree(self.root / "farm")
+        self.farm(*job)
+        self.assertIn("expected the name of a new video, or --overwrite", self.farm("task", "farm", "play", 0, status=1).stderr)
+
     def test_by_tiles(self):
         """With what is made of whole pictures: hidden layers are padded, references lie elsewhere in every frame, tiles have other samples."""
         several = (*RENDER[:2], "--frames", "0-1", *RENDER[4:6], "--spp", "3", "--layers", "--aovs", "all,reference,guides", "--samples", "angle")

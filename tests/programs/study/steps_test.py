@@ -47,6 +47,31 @@ class SkippedSteps(unittest.TestCase):
     def test_the_same_is_not_done_twice(self):
         self.assertEqual([self.run_step(), self.run_step()], [1, 1])
 
+    def test_several_programs_may_take_the_same_step_at_once(self):
+        # Each waits until four are at it; where that does not come about, not for ever.
+        self.program.write_text("#!/bin/sh\ni=0; while [ $(ls steps/*.unfinished | wc -l) -lt 4 -a $i -lt 300 ]; do i=$((i + 1)); sleep 0.1; done\nsleep 1; echo said\n")
+        study = "import sys; from steps import Steps; Steps(sys.argv[1], sys.argv[1] + '/bin', {}, {}).run('scene', 'do')"
+        studies = [subprocess.Popen([sys.executable, "-c", study, self.work], stderr=subprocess.PIPE, text=True) for _ in range(4)]
+        for each in studies:
+            said = each.communicate()[1]
+            self.assertEqual(each.returncode, 0, said)
+        self.assertEqual((self.work / "steps/scene.out").read_text(), "said\n")
+        self.assertEqual(list(self.work.rglob("*.unfinished")), [])
+
+    def test_what_a_killed_program_has_left_goes(self):
+        self.program.write_text("#!/bin/sh\nexec sleep 1000\n")
+        study = [sys.executable, "-c", "import sys; from steps import Steps; Steps(sys.argv[1], sys.argv[1] + '/bin', {}, {}).run('scene', 'do')", self.work]
+        killed = subprocess.Popen(study)
+        end = time.monotonic() + PATIENCE_S
+        while not list(self.work.rglob("*.unfinished")) and time.monotonic() < end:
+            time.sleep(0.01)
+        killed.kill()
+        killed.wait()
+        self.assertEqual(len(list(self.work.rglob("*.unfinished"))), 1)
+        self.program.write_text("#!/bin/sh\necho said\n")
+        subprocess.run(study, check=True)
+        self.assertEqual(list(self.work.rglob("*.unfinished")), [])
+
     def test_another_command_program_or_input_is(self):
         self.assertEqual(self.run_step(), 1)
         self.assertEqual(self.run_step("--loud"), 2)

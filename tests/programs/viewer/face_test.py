@@ -212,6 +212,7 @@ class Face(Viewing):
         config = pathlib.Path(tempfile.mkdtemp(dir=self.root))
         viewer = self.by_geometry(config=config)
         viewer.picture()
+        self.display.tool("windowsize", "--sync", viewer.window, WIDTH + 20, HEIGHT)
         viewer.press("v", "o", "l")
         wait_for((config / "equistream" / "view.json").exists, "the file of settings")
         kept = viewer.resting_picture()
@@ -221,15 +222,21 @@ class Face(Viewing):
         written = json.loads(file.read_text())
         self.assertEqual(written["settings"], {"layout": "right", "loop": "off", "overlay": "depth"})
         self.assertEqual(written["recent"], [str(self.stream)])
-        self.assertEqual((written["window"]["width"], written["window"]["height"]), (WIDTH, HEIGHT))
+        self.assertEqual((written["window"]["width"], written["window"]["height"]), (WIDTH + 20, HEIGHT))
         again = self.by_geometry(config=config, size=None)  # the window's size too
         self.assertTrue((again.picture() == kept).all())
         again.close()
-        other = self.by_geometry("--layout", "left", config=config)
+        other = self.by_geometry("--layout", "left", config=config, size=None)
         self.assertFalse((other.picture() == kept).all())
         other.press("Escape")
         self.assertEqual(other.end(), (0, ""))
         self.assertEqual(json.loads(file.read_text())["settings"]["layout"], "right")  # an option is for once
+        sized = self.by_geometry(config=config)
+        sized.picture()
+        sized.press("Escape")
+        self.assertEqual(sized.end(), (0, ""))
+        kept_size, was = json.loads(file.read_text())["window"], written["window"]
+        self.assertEqual((kept_size["width"], kept_size["height"]), (was["width"], was["height"]))  # so is a size
         file.write_text('{"settings": {"layout": ')
         damaged = self.by_geometry(config=config)
         damaged.picture()

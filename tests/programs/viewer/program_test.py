@@ -186,6 +186,8 @@ class Program(Viewing):
             refusal = self.refused(here, self.stream, option, self.scene, "--method", "mesh")
             self.assertIn("--method mesh: expected the stream alone (depth of geometry goes by --method eye-depth)", refusal)
             self.assertIn(f"found {option} {self.scene}", refusal)
+        other = PROGRAMS.scene("motion", self.root)
+        self.assertIn(f"{other}: expected the scene 'pavilion' that", self.refused(here, self.stream, "--scene", other))
         empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
         self.assertIn("a display", self.refused(empty, self.stream))
 

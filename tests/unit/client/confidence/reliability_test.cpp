@@ -257,6 +257,9 @@ TEST(Reliability, NumbersOfAPictureAreThoseOfItsGeometry) {
     EXPECT_NEAR(n.outside, away_m / 0.063 - 1, 1e-5);
     EXPECT_NEAR(n.depth_error_px, 0.02 * away_m / 0.063 * focal, 1e-4);
     EXPECT_NEAR(n.min_step_inverse_m, error_budget_rad(focal) / away_m, 1e-6);
+    EXPECT_NEAR(glm::distance(n.pole, glm::vec3(0, 1, 0)), 0, 1e-6);
+    const SourceView flat{.camera = PerspectiveCamera{128, 64, 1}, .box_radius_m = 0.063};
+    EXPECT_EQ(RiskNumbers(flat, {eye_camera, moved, {}}, true, {}).pole, glm::vec3(0)) << "no columns that converge";
 }
 
 }  // namespace

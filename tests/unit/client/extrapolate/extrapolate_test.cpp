@@ -143,6 +143,29 @@ TEST(Extrapolate, ImagesInAMirrorStayAsFarBehindIt) {
         }
 }
 
+TEST(Extrapolate, ColoursAreMixedOfPixelsThatThereAre) {
+    const MovingRegion region;
+    FrameInfo whole, flat;
+    whole.camera = EquirectCamera{16, 8, {}};
+    flat.camera = PerspectiveCamera{16, 8, 1};
+    for (const FrameInfo& info : {whole, flat}) {
+        const bool is_whole = std::holds_alternative<EquirectCamera>(info.camera);
+        const MovedRegion moved(region, info, 0.1);
+        for (const double y : {0.0, 0.25, 4.5, 7.75, 7.999})
+            for (const double x : {0.0, 0.25, 8.5, 15.75, 15.999}) {
+                double weights = 0;
+                for (const MovedRegion::Tap& tap : moved.taps({x, y})) {
+                    EXPECT_TRUE(tap.x >= 0 && tap.x < 16 && tap.y >= 0 && tap.y < 8) << x << ", " << y;
+                    const double aside = std::abs(tap.x + 0.5 - x), near = std::min(aside, 16 - aside);
+                    EXPECT_LE(is_whole ? near : aside, 1) << x;
+                    EXPECT_LE(std::abs(tap.y + 0.5 - y), 1) << y;
+                    weights += tap.weight;
+                }
+                EXPECT_NEAR(weights, 1, 1e-12);
+            }
+    }
+}
+
 TEST(Extrapolate, NothingIsDoneWhereNothingMovesOrNoTimePasses) {
     Picture picture = look({sphere, turned, {{0.3, 0.2, -1.9}}}, 0);
     EXPECT_TRUE(can_extrapolate(picture.received, 0.1));

@@ -92,6 +92,26 @@ TEST_P(BothWays, WhatMovedSinceIsRefused) {
     EXPECT_EQ(green_pixels, 0) << look();
 }
 
+/// What is asked of the main sphere does not change where its first and last columns meet.
+TEST_P(BothWays, EarlierFramesAreAskedForAcrossTheSeamToo) {
+    const EquirectCamera coarse{96, 48, {}};
+    const Rendered before = render(ball_and_wall, red_and_smooth, sphere, {{0.05, 0.01, 0}, {1, 0, 0, 0}});
+    const SourceView earlier[] = {before.source(0.1)};
+    double share = 0;
+    for (int column = 0; column <= coarse.width; column += column == 0 ? 38 : column < 58 ? 1 : 38) {
+        const Pose turned{scene.left.position_m, yaw_pitch(2 * pi * column / coarse.width, 0)};
+        const Rendered main = render(ball_and_wall, red_and_smooth, coarse, turned);
+        // Within a box so large that a column of the wall does not stand for the next.
+        const SourceView view = main.source(3);
+        scene.picture = scene.unfilled;
+        const double found = scene.fill("earlier", {.main = &view, .earlier = earlier}, PixelOrigin::earlier);
+        if (column == 0)
+            share = found;
+        EXPECT_NEAR(found, share, 1e-3) << column;
+    }
+    EXPECT_GT(share, 0.5);
+}
+
 TEST_P(BothWays, SecondLayerIsWhatLiesBehind) {
     Rendered behind = render(wall_alone, red_and_smooth, scene.main_camera, scene.left);
     for (int y = 0; y < 250; ++y)

@@ -69,6 +69,25 @@ TEST_P(GlOtherSource, OfOneWithoutDepthNoneIsKnown) {
     EXPECT_EQ(renderer.depth().texture, 0u);
 }
 
+/// A layer before it drew depth that it could not colour. A small view without depth must not take that for its own.
+TEST_P(GlOtherSource, AfterAnotherLayerASmallViewWithoutDepthIsAskedByDirection) {
+    const Frame frame = make_frame(0, flat, true);
+    const auto changed = std::make_shared<ReceivedFrame>(*frame);
+    ASSERT_TRUE(changed->small && changed->hidden);
+    changed->small->depth_m = {};
+    const double radius_m = head_box_radius(frame->main.info);
+    const std::string passes = "hidden,small,pushpull";
+    gl::EyeRenderer renderer(nullptr, radius_m, passes, GetParam());
+    const auto found = seen(renderer, changed, {});
+    OnTheCpu cpu(nullptr, radius_m, passes, std::string(GetParam()));
+    const auto eyes = eyes_at(somewhere);
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+        const EyePicture expected = cpu.see(*changed, *changed, eyes[i]);
+        EXPECT_GT(psnr_db(found[i].rgba, expected.rgba), large_fills.min_db);
+        EXPECT_LT(other_origins(found[i], expected), 0.002 * 320 * 200);
+    }
+}
+
 /// As on the CPU, of another size, and one that shows another part of what is around: in what the mirror shows, too.
 TEST_P(GlOtherSource, AnEarlierOneOfAnotherCameraFillsWhatTheCpuFills) {
     const Frame frame = make_frame(1, flat, true);

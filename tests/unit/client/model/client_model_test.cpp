@@ -4,6 +4,7 @@
 #include <scenes/embree/bvh.h>
 #include <scenes/embree/embree_rays.h>
 
+#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -183,6 +184,38 @@ TEST_F(ClientModelTest, WhatAMoverHidesIsKept) {
     EXPECT_NEAR(hit_distance(bvh, {0.1, 0.1, 0}, {0, 0, -1}), 5, 1e-3);
     EXPECT_NEAR(hit_distance(bvh, {2.1, 2.1, 0}, {0, 0, -1}), 5, 1e-3);
     EXPECT_NEAR(hit_distance(bvh, {2.3, 0.2, -4.5}, {0, 0, -1}), 0.4, 1e-5);
+}
+
+/// What several objects share stays one mesh, of all that is seen of any, and as fine as the largest wants it.
+TEST_F(ClientModelTest, WhatIsPlacedMoreThanOnceKeepsTheBoundToo) {
+    const ClientModelFigures without = build_client_model(model, scene, options).figures;
+    const Mesh shared = ball({0, 0, 0}, 0.6f, 64);
+    const glm::vec3 places[] = {{-3, 1, 3}, {3, -2, 2.5f}};
+    const float scales[] = {1, 2};
+    const auto mesh = std::uint32_t(model.meshes.size());
+    model.meshes.push_back(shared);
+    for (int i = 0; i < 2; ++i) {
+        const glm::mat4 placed = glm::scale(glm::translate(glm::mat4(1), places[i]), glm::vec3(scales[i]));
+        model.instances.push_back({mesh, std::uint32_t(model.objects.size()), placed});
+        model.objects.push_back({"placed", -1, placed});
+    }
+    const ClientModel built = build_client_model(model, scene, options);
+    EXPECT_TRUE(built.figures.holds);
+    EXPECT_EQ(built.figures.triangles_after, built.model.triangle_count());
+    const auto more = double(built.figures.triangles_seen) - double(without.triangles_seen);
+    EXPECT_GT(more, 0.6 * double(shared.triangles.size())) << "near halves of both, and what the head's way adds";
+    EXPECT_LT(more, 1.9 * double(shared.triangles.size()));
+    const Bvh theirs(model), ours(built.model);
+    const double box_m = scene.head_radius_m + 0.5 * default_ipd_m;
+    for (int i = 0; i < 2; ++i)
+        for (int k = 0; k < 400; ++k) {
+            const double longitude = 0.7 * k, share = double(k) / 400;
+            const glm::dvec3 beside = 0.5 * double(scales[i]) * share *
+                                      glm::dvec3(std::cos(longitude), std::sin(longitude), std::cos(2 * longitude));
+            const glm::dvec3 towards = glm::normalize(glm::dvec3(places[i]) + beside);
+            const double r = hit_distance(theirs, {}, towards), used = hit_distance(ours, {}, towards);
+            EXPECT_LT(std::abs(box_m / (r - box_m) - box_m / (used - box_m)), 2 * error_rad) << i << ", " << k;
+        }
 }
 
 TEST_F(ClientModelTest, OptionsOutOfRangeAreOneClearLine) {

@@ -325,5 +325,19 @@ TEST_F(Feeds, ReadAheadIsTheSameFromStreams) {
     expect_same(a, b);
 }
 
+/// Whoever shows frames asks while the next ones are read. The thread sanitizer would tell.
+TEST_F(Feeds, WhatAStreamSaysOfItselfMayBeAskedWhileItIsReadAhead) {
+    const fs::path file = folder / "two.mkv";
+    write_two_tracks(file, 40, small_after_10, info);
+    const auto plain = open_feed(file.string()), early = open_feed(file.string(), {.frames_ahead = 1});
+    while (plain->next()) {
+    }
+    do {
+        EXPECT_EQ(early->transfers().size(), 2U);
+        EXPECT_EQ(early->summary().kind, plain->summary().kind);
+    } while (early->next());
+    EXPECT_EQ(early->transfers(), plain->transfers());
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -684,5 +684,37 @@ TEST(FrameMaker, TimesAndBytesOfColourAndDepthAddUp) {
     EXPECT_EQ(counted, 2);
 }
 
+/// Depth and mirrors are of the picture that they came with: of its size, its camera and its pose.
+TEST(FrameMaker, WhatBelongsToAPictureIsOfItsView) {
+    const FeedOptions options;
+    for (const TrackRole role : {TrackRole::depth, TrackRole::reflections})
+        for (const char* other : {"", "size", "camera", "pose"}) {
+            SCOPED_TRACE(std::string(track_name(role)) + " of another " + other);
+            const int height = std::string(other) == "size" ? 5 : 4;
+            DecodedFrame frame;
+            for (const TrackRole each : {TrackRole::main, role}) {
+                DecodedPicture& picture = frame.picture(each).emplace();
+                picture.role = each;
+                picture.width = 8;
+                picture.height = each == role ? height : 4;
+                picture.info = info(first_index, 8, 4);
+            }
+            frame.picture(TrackRole::main)->rgb = ByteImage(8, 4, 3);
+            DecodedPicture& beside = *frame.picture(role);
+            beside.depth_m = FloatImage(8, height, 1, 2.0f);
+            beside.info->depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
+            if (std::string(other) == "camera")
+                beside.info->camera = PerspectiveCamera{8, 4, 1};
+            if (std::string(other) == "pose")
+                beside.info->camera_pose.position_m.x += 0.01;
+            FrameMaker maker("a.mkv", options, [](const DecodedPicture&) {});
+            if (*other == 0) {
+                EXPECT_NO_THROW(maker.make(std::move(frame)));
+            } else {
+                EXPECT_THROW(maker.make(std::move(frame)), WorkError);
+            }
+        }
+}
+
 }  // namespace
 }  // namespace equistream::test

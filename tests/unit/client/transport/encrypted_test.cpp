@@ -376,5 +376,33 @@ TEST(TcpSockets, AreImpatientAndSendAtOnce) {
     EXPECT_EQ(option(IPPROTO_TCP, TCP_NOTSENT_LOWAT), 1 << 14);
 }
 
+TEST(TlsConnections, WhatIsSaidAfterTheEndIsReadSlowly) {
+    Answering server(secret_context(secret, TlsRole::server), "all");
+    asio::io_context io;
+    asio::ip::tcp::socket socket(io);
+    socket.connect({asio::ip::address_v4::loopback(), parse_server_address(server.address(secret))->port});
+    const std::unique_ptr<Wire> wire = tls_wire(std::move(socket), secret_context(secret, TlsRole::client), false);
+    const std::string much(1 << 16, 'x');
+    std::size_t written = 0;
+    std::function<void()> go_on = [&] {
+        wire->write_some(much, [&](const asio::error_code& error, std::size_t count) {
+            written += count;
+            if (!error)
+                go_on();
+        });
+    };
+    wire->open([&](const asio::error_code& error) {
+        if (!error)
+            go_on();
+    });
+    for (int i = 0; i < 600 && written == 0; ++i)
+        io.run_for(std::chrono::milliseconds(100));
+    EXPECT_GT(written, 0u);
+    io.run_for(std::chrono::seconds(2));
+    EXPECT_LT(written, std::size_t{24} << 20) << "what systems on the way keep";
+    wire->close();
+    io.run_for(std::chrono::milliseconds(100));
+}
+
 }  // namespace
 }  // namespace equistream::test

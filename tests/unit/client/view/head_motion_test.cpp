@@ -202,6 +202,20 @@ TEST(FollowedHead, GoesWithFramesThatOnlyTurn) {
     }
 }
 
+/// A server from before heads said that they only turn.
+TEST(FollowedHead, DoesNotAddUpTurnsThatAnOlderServerRendersFrom) {
+    FollowedHead head;
+    const Pose turned = {at(1).position_m, glm::angleAxis(0.3, glm::dvec3(0, 1, 0))};
+    head.show(at(1));
+    head.looked(at(1));
+    head.looked(turned);
+    head.show(turned);
+    EXPECT_FALSE(head.is_followed());
+    EXPECT_EQ(head.around().orientation, at(1).orientation);
+    head.show(at(2));
+    EXPECT_EQ(head.around().position_m, at(2).position_m) << "the scene's own path goes on";
+}
+
 /// Both signs of a quaternion are the same turn.
 TEST(FollowedHead, KnowsItsOwnTurnOfEitherSign) {
     FollowedHead head;

@@ -56,6 +56,31 @@ TEST_F(Kept, ComesBackAsItWas) {
         << "nothing is left beside it";
 }
 
+TEST_F(Kept, WhatAKeyHidesComesBackWithIt) {
+    const ShownSetting &fill = *find_shown_setting("fill"), &method = *find_shown_setting("method");
+    ShownSettings chosen;
+    fill.set(chosen, "hidden,pushpull");
+    method.set(chosen, "mesh-plain");
+    ShownSettings hidden = chosen;
+    fill.set(hidden, fill.next(hidden));
+    method.set(hidden, method.next(hidden));
+    KeptSettings kept;
+    kept.keep_changes({}, chosen);
+    kept.keep_changes(chosen, hidden);
+    write_kept_settings(file, kept);
+    const ReadSettings read = read_kept_settings(file);
+    EXPECT_EQ(read.note, "");
+    ShownSettings shown;
+    read.kept.apply_to(shown);
+    EXPECT_EQ(shown, hidden);
+    EXPECT_EQ(fill.next(shown), "hidden,pushpull");
+    EXPECT_EQ(method.next(shown), "mesh-plain");
+    kept.keep_changes(hidden, {});
+    ShownSettings again;
+    kept.apply_to(again);
+    EXPECT_EQ(again, ShownSettings()) << "what was hidden is no longer chosen";
+}
+
 TEST_F(Kept, WhatIsNotKnownIsLeftOutInOneLine) {
     const ReadSettings read = this->read(R"({"settings": {"layout": "right", "overlay": "stripes", "layot": "left",
         "exposure": "2", "loop": false}, "window": {"left": 0, "top": 0, "width": 0, "height": 5},

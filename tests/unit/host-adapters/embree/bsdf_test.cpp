@@ -289,6 +289,16 @@ TEST(Sampler, PixelsUsesAndVerticesAreIndependent) {
     EXPECT_LT(std::abs(by_vertex), 4 * sigma);
 }
 
+TEST(Sampler, EveryBitOfASeedIsSetHalfTheTime) {
+    constexpr int count = 20000;
+    for (int bit = 0; bit < 32; ++bit) {
+        int set = 0;
+        for (std::uint64_t i = 0; i < count; ++i)
+            set += hash_bits(i * 2654435761u) >> bit & 1;
+        EXPECT_NEAR(set, count / 2, 5 * std::sqrt(count) / 2) << bit;
+    }
+}
+
 TEST(Sampler, HashedNumbersAreUniform) {
     std::vector<int> bins(64, 0);
     for (std::uint64_t p = 0; p < 1000; ++p) {

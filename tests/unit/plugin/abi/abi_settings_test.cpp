@@ -329,6 +329,7 @@ TEST_F(AbiPatches, nonsense_is_refused_in_one_line) {
     EXPECT_NE(refused([](auto& s) { s.patch_offsets_m = nullptr; }).find("patch_offset_count"), std::string::npos);
     EXPECT_NE(refused([](auto& s) { s.camera = ES_PERSPECTIVE; }).find("patch_side"), std::string::npos);
     EXPECT_NE(refused([](auto& s) { s.layer = ES_LAYER_HIDDEN; }).find("patch_side"), std::string::npos);
+    EXPECT_NE(refused([](auto& s) { s.layer = stored<es_layer>(3); }).find("patch_side"), std::string::npos);
     EXPECT_NE(refused([](auto& s) { s.aovs = "motion"; }).find("no motion"), std::string::npos);
     settings = right;
     es_sequence* sequence = open();

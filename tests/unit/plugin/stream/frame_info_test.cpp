@@ -318,12 +318,14 @@ TEST(FrameInfoPayload, HostileValuesAreErrors) {
         overwrite(payload, offset, value);
         EXPECT_THROW(decode_frame_info(payload), WorkError) << offset;
     };
-    damaged_by(18, std::uint16_t{0xffff});                     // longer than what is there
-    damaged_by(20, std::uint8_t{11});                          // role
-    damaged_by(21, std::uint8_t{3});                           // camera kind
-    damaged_by(22, std::uint8_t{3});                           // eye
-    damaged_by(23, std::uint8_t{2});                           // lock
-    damaged_by(24, std::uint32_t{max_image_side + 1});         // width
+    damaged_by(18, std::uint16_t{0xffff});              // longer than what is there
+    damaged_by(20, std::uint8_t{11});                   // role
+    damaged_by(21, std::uint8_t{3});                    // camera kind
+    damaged_by(22, std::uint8_t{3});                    // eye
+    damaged_by(23, std::uint8_t{2});                    // lock
+    damaged_by(24, std::uint32_t{max_image_side + 1});  // width
+    damaged_by(24, std::uint32_t{0});
+    damaged_by(28, std::uint32_t{0});                          // height
     damaged_by(28, std::uint32_t{0xffffffff});                 // height
     damaged_by(40, std::int64_t{-1});                          // index
     damaged_by(40, std::int64_t{1000000000});                  // the same

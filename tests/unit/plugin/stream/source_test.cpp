@@ -116,5 +116,14 @@ TEST(Sources, WhatAReadingFunctionThrowsIsTheReason) {
     EXPECT_EQ(refusal("tcp://nobody:1", options), "tcp://nobody:1: the line is dead");
 }
 
+/// A server does so for each viewer of tiles.
+TEST(Sources, OfWhatIsOnlyPassedOnLittleIsReadFirst) {
+    const synthetic::Folder folder;
+    synthetic::write(folder / "a.mkv", synthetic::MadeTiles{.grid = {8, 4}, .pictures = 24, .gop = 10});
+    const StreamReadOptions options;
+    const Source decoded((folder / "a.mkv").string(), options), copied((folder / "a.mkv").string(), options, {}, true);
+    EXPECT_LT(2 * avio_tell(copied->pb), avio_tell(decoded->pb));
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -25,6 +25,15 @@ void put_bytes(const std::filesystem::path& file, const std::string& bytes) {
     std::ofstream(file, std::ios::binary) << bytes;
 }
 
+TEST(StreamFaults, WhatAnEarlierRunLeftIsNoPartOfTheFile) {
+    const synthetic::Folder folder;
+    const auto made = synthetic::small_stream(Codec::h264, false);
+    synthetic::write(folder / "alone.mkv", made);
+    put_bytes(folder / "a.mkv.part", std::string(1 << 20, 'x'));
+    synthetic::write(folder / "a.mkv", made);
+    EXPECT_TRUE(bytes_of(folder / "a.mkv") == bytes_of(folder / "alone.mkv"));
+}
+
 struct Case {
     const char* name;
     Codec codec;

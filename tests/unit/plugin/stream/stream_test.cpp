@@ -118,9 +118,7 @@ TEST(Stream, ColoursComeBackWithinOneStepWhereChromaIsFlat) {
         for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 128; ++x)
                 std::copy(colour, colour + 3, image.pixel(x, y));
-        FrameInfo info;
-        info.index = index++;
-        writer.write(TrackRole::main, image.view(), info);
+        writer.write(TrackRole::main, image.view(), synthetic::info(128, 64, index++));
     }
     writer.finish();
     StreamReader reader((folder / "a.mkv").string());
@@ -150,7 +148,7 @@ TEST(Stream, ChromaIsNotShifted) {
             ramp.pixel(x, y)[2] = static_cast<std::uint8_t>(255 - 2 * y);
         }
     StreamWriter writer((folder / "a.mkv").string(), settings);
-    writer.write(TrackRole::main, ramp.view(), {});
+    writer.write(TrackRole::main, ramp.view(), synthetic::info(256, 128, 0));
     writer.finish();
     StreamReader reader((folder / "a.mkv").string());
     const auto picture = reader.next();

@@ -86,7 +86,7 @@ TEST(Seed, IsTakenExactlyOrRefused) {
     }
 }
 
-TEST(Option, OfANumberRefusesAnEmptyWord) {
+TEST(Option, OfANumberRefusesAnEmptyWordAndNaN) {
     std::optional<double> value;
     std::string errors;
     const auto parse = [&](const std::string& word) {
@@ -97,6 +97,8 @@ TEST(Option, OfANumberRefusesAnEmptyWord) {
     };
     EXPECT_EQ(parse(""), exit_usage);
     EXPECT_EQ(errors, "equistream test: --x: expected a number, found '' (--help lists the options)\n");
+    EXPECT_EQ(parse("nan"), exit_usage) << "CLI11 finds it in every range";
+    EXPECT_EQ(errors, "equistream test: --x: expected a number, found 'nan' (--help lists the options)\n");
     int n = 3;
     EXPECT_EQ(run({"p", "--n", ""}, n, errors), exit_usage);
     EXPECT_EQ(n, 3);

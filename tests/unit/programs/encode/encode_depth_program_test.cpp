@@ -69,12 +69,12 @@ TEST_F(Programs, EncodeSaysWhichCodecEachTrackGot) {
     Frame frame = read_exr(folder / "r" / frame_file_name(0));
     frame.planes.emplace("depth", FloatImage(64, 64, 1, 1.5f));
     write_exr(folder / "r" / frame_file_name(0), frame);
-    const std::string encode =
-        "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "' --depth-crf 20";
+    const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'";
     const std::array<std::pair<const char*, const char*>, 5> codes{
         {{"w8", "h264"}, {"w10", "h264"}, {"w12", "h265"}, {"hue", "h265"}, {"lossless", "h265"}}};
     for (const auto& [code, codec] : codes) {
-        const Ran ran = run(encode + " --codec h264 --json --depth " + code);
+        const std::string crf = std::string(code) == "lossless" ? "" : " --depth-crf 20";
+        const Ran ran = run(encode + crf + " --codec h264 --json --depth " + code);
         ASSERT_EQ(ran.status, 0) << ran.errors;
         const nlohmann::json tracks = nlohmann::json::parse(ran.output)["tracks"];
         EXPECT_EQ(tracks[0]["codec"], "h264") << code;
@@ -82,8 +82,14 @@ TEST_F(Programs, EncodeSaysWhichCodecEachTrackGot) {
         StreamReader reader(path("a.mkv"));
         EXPECT_EQ(reader.tracks()[1].codec, std::string(codec) == "h264" ? "h264" : "hevc") << code;
     }
-    EXPECT_NE(run(encode + " --codec h264 --depth w12").output.find(": H.265, "), std::string::npos);
-    EXPECT_EQ(run(encode + " --codec h264 --depth w10").output.find("H.265"), std::string::npos);
+    const std::string coarse = encode + " --depth-crf 20";
+    EXPECT_NE(run(coarse + " --codec h264 --depth w12").output.find(": H.265, "), std::string::npos);
+    EXPECT_EQ(run(coarse + " --codec h264 --depth w10").output.find("H.265"), std::string::npos);
+    expect_failure(run(coarse + " --depth lossless"), 2, "--depth-crf: expected depth that loses something by coding");
+    expect_failure(run(coarse + " --depth w10 --depth-share 0.2"), 2,
+                   "--depth-share: expected no --depth-crf beside it");
+    EXPECT_NE(run(coarse + " --depth w10 --mirrors always").output.find("no track of mirrors and glass: "),
+              std::string::npos);
 }
 
 /// Frames whose colour is noise, and what `depth_m` says at each pixel.

@@ -9,13 +9,20 @@
 #include <asio/io_context.hpp>
 #include <asio/read.hpp>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <filesystem>
+#include <fstream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace equistream::serve {
 namespace {
@@ -72,6 +79,61 @@ TEST(Viewers, GetWholeBlocksWhereATimeComesWhileOneIsSent) {
         EXPECT_EQ(text.find_first_not_of(Letters::letter(block)), std::string_view::npos) << block;
     }
     EXPECT_EQ(how, "has all");
+}
+
+TEST(Viewers, WhoHasSaidAllGetsAllTheSame) {
+    asio::io_context io;
+    asio::ip::tcp::acceptor acceptor(io, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+    asio::ip::tcp::socket reader(io), served(io);
+    reader.connect(acceptor.local_endpoint());
+    acceptor.accept(served);
+    reader.shutdown(asio::socket_base::shutdown_send);
+    std::string how;
+    const auto viewer =
+        std::make_shared<Viewer>(io.get_executor(), tcp_wire(std::move(served)), std::make_unique<Letters>(0.1), 60);
+    viewer->start([&](const std::string& as, const std::string&) { how = as; });
+    std::string got((std::size_t(blocks) << 16) + 1, '\0');
+    std::thread reading([&] {
+        asio::error_code end;
+        got.resize(asio::read(reader, asio::buffer(got), end));
+    });
+    io.run_for(std::chrono::seconds(60));
+    reading.join();
+    EXPECT_EQ(got.size(), std::size_t(blocks) << 16);
+    EXPECT_EQ(how, "has all");
+}
+
+TEST(RenderChildren, GetOrdersWholeAndSayWhatTheyRendered) {
+    const std::string said = testing::TempDir() + "equistream_order_" + std::to_string(::getpid());
+    const std::string script =
+        R"(echo '{"frames_per_second": 25}'; read -r order; printf %s "$order" > ')" + said +
+        R"('; echo '{"frame": 7, "file": "a.exr", "window": "b.exr", "render_s": 1.5, "write_s": 0.25}'; exec sleep 1000)";
+    asio::io_context io;
+    double rate = 0;
+    RenderedFrame frame;
+    std::optional<RenderChild> child;
+    const FrameOrder order{7, 4, 2, Pose{{1, 2, 3}, glm::dquat(0.5, -0.5, 0.5, 0.5)}, glm::dvec3(0, 0, -1)};
+    child.emplace(io, "/bin/sh", std::vector<std::string>{"-c", script},
+                  RenderChild::Events{[&](double said_rate) {
+                                          rate = said_rate;
+                                          child->order(order);
+                                      },
+                                      [&](const RenderedFrame& made) {
+                                          frame = made;
+                                          io.stop();
+                                      },
+                                      [&](std::exception_ptr) { io.stop(); }});
+    io.run_for(std::chrono::seconds(60));
+    EXPECT_EQ(rate, 25);
+    EXPECT_EQ(frame.frame, 7);
+    EXPECT_EQ(frame.file + " " + frame.window, "a.exr b.exr");
+    EXPECT_EQ(frame.render_s, 1.5);
+    EXPECT_EQ(frame.write_s, 0.25);
+    std::ifstream file(said);
+    EXPECT_EQ(nlohmann::json::parse(file, nullptr, false),
+              nlohmann::json::parse(R"({"frame": 7, "spp": 4, "base_spp": 2, "position_m": [1.0, 2.0, 3.0],
+                                        "orientation_wxyz": [0.5, -0.5, 0.5, 0.5], "gaze": [0.0, 0.0, -1.0]})"));
+    std::filesystem::remove(said);
 }
 
 /// What such a script fails for.

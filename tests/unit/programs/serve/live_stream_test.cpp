@@ -1,10 +1,12 @@
-/// What a viewer of a live stream is sent while there is no new picture: something that it can pass over.
+/// What viewers of a live stream are sent and when, who steers it, and how its pace and times are kept.
 #include <equistream/viewer_message.h>
 #include <programs/serve/pace.h>
 #include <programs/serve/programmes.h>
+#include <programs/serve/stage_times.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -45,6 +47,55 @@ TEST(LiveStreams, SayThatTheServerIsThereEverySecond) {
     stream.end();
     EXPECT_EQ(given(*feed, 20), "");
     EXPECT_TRUE(feed->next(block, 20).ended);
+}
+
+TEST(LiveStreams, BeginWithAGroupForWhoComesLater) {
+    LiveStream stream([] {});
+    stream.set_header("header");
+    stream.publish("first", true);
+    EXPECT_FALSE(stream.take_joined());
+    const auto late = stream.open_feed();
+    EXPECT_TRUE(stream.take_joined());
+    EXPECT_FALSE(stream.take_joined()) << "once";
+    stream.publish("second", false);
+    EXPECT_EQ(given(*late, 0), "header");
+    EXPECT_EQ(given(*late, 0), "") << "it goes on from pictures that this viewer has not";
+    stream.publish("third", true);
+    stream.publish("fourth", false);
+    EXPECT_EQ(given(*late, 0), "third");
+    EXPECT_EQ(given(*late, 0), "fourth");
+}
+
+TEST(LiveStreams, WhatWasPassedOverWaitsNoMore) {
+    LiveStream stream([] {});
+    const auto slow = stream.open_feed();
+    stream.set_header("header");
+    const std::string large(40 << 20, 'x');
+    for (int i = 0; i < 3; ++i) {
+        stream.publish(large, true);
+        std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    }
+    EXPECT_EQ(stream.spheres_missed(), 2);
+    EXPECT_EQ(given(*slow, 2), "header");
+    EXPECT_EQ(given(*slow, 2).size(), std::size_t{1} << 16);
+}
+
+/// One that only looks around leaves the path to the scene, also when who steered has gone.
+TEST(LiveStreams, AreNotSteeredByWhoOnlyLooks) {
+    LiveStream stream([] {});
+    auto moves = stream.open_feed();
+    const auto looks = stream.open_feed();
+    const auto hear = [](Feed& feed, bool steers) {
+        const auto message = encode_viewer_pose({0, {{0.3, 0, 0}, {1, 0, 0, 0}}, {}, steers});
+        feed.hear({reinterpret_cast<const char*>(message.data()), message.size()});
+    };
+    hear(*looks, false);
+    EXPECT_FALSE(stream.steering());
+    EXPECT_TRUE(stream.gaze(0)) << "a window lies there";
+    hear(*moves, true);
+    EXPECT_TRUE(stream.steering());
+    moves.reset();
+    EXPECT_FALSE(stream.steering()) << "its echo stays nowhere";
 }
 
 TEST(LiveStreams, KeepNoMoreThanSoMuchForOneThatDoesNotRead) {
@@ -296,6 +347,29 @@ TEST(Pace, SaysOnceThatOneSampleIsTooSlow) {
         said += pace.took(0.9) == Pace::Change::cannot_keep_up ? 1 : 0;
     EXPECT_EQ(said, 1);
     EXPECT_EQ(pace.samples().looked_at, 1u);
+}
+
+TEST(StageTimes, AreOfTheLatestSpheresAlone) {
+    StageTimes times;
+    for (int i = 0; i < 1500; ++i)
+        times.add(LiveStage::render, i < 500 ? 5.0 : 0.25);
+    const auto json = times.json();
+    EXPECT_EQ(json.size(), 1u) << "of stages that there were";
+    EXPECT_EQ(json["render"]["samples"], 1000);
+    for (const char* figure : {"p50", "p99", "mean"})
+        EXPECT_EQ(json["render"][figure], 250.0) << figure;
+}
+
+TEST(Pace, TriesAgainAfterSixtyFourQuickOnesAtTheLatest) {
+    Pace pace(2, 2, false);
+    std::vector<int> needed;
+    for (int round = 0; round < 7; ++round) {
+        for (needed.push_back(0); pace.samples().looked_at == 1 && needed.back() < 1000; ++needed.back())
+            pace.took(0.1);
+        pace.took(0.6);
+        EXPECT_EQ(pace.took(0.6), Pace::Change::fewer);
+    }
+    EXPECT_EQ(needed, (std::vector<int>{2, 8, 16, 32, 64, 64, 64}));
 }
 
 }  // namespace

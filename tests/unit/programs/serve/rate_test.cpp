@@ -143,5 +143,17 @@ TEST(RateControl, TakesFromTheWindowFirstAndFromTheSphereLast) {
     EXPECT_EQ(divided(18, false).base, 18);
 }
 
+/// After a restart of the renderer the same viewers stay.
+TEST(RateControl, WhatWasSentBeforeAPauseSaysNothingOfTheLine) {
+    Watched watched(std::nullopt);
+    watched.go_on(10, 1e6);
+    const double before = watched.rate.coarser();
+    ASSERT_GT(before, 10);
+    watched.now_s += 60;
+    watched.rate.pause();
+    watched.go_on(1, 1e6);
+    EXPECT_LT(watched.rate.coarser(), before + 6);
+}
+
 }  // namespace
 }  // namespace equistream::serve

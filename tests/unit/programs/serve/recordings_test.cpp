@@ -1,4 +1,5 @@
 /// What viewers of a recorded stream are sent who keep up, and who do not.
+#include <equistream/viewer_message.h>
 #include <programs/serve/programmes.h>
 #include <programs/serve/recorded_file.h>
 #include <tests/unit/plugin/stream/synthetic.h>
@@ -6,9 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <chrono>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
+#include <thread>
+#include <utility>
 
 namespace equistream::serve {
 namespace {
@@ -140,6 +145,41 @@ TEST(RecordedFile, SaysWhetherViewersCanReadItAsItComes) {
     EXPECT_TRUE(file(header + segment + "\x90" + rest).says_its_size());
     for (const std::string& odd : {std::string(), header, header + segment, header + segment + std::string(8, '\0')})
         EXPECT_TRUE(file(odd).says_its_size());
+}
+
+TEST(TiledRecordings, GoOnWithATileForHalfASecondAfterItWasLookedAt) {
+    const synthetic::Folder folder;
+    synthetic::write(folder / "a.mkv",
+                     synthetic::MadeTiles{.grid = {8, 4}, .pictures = 60, .gop = 10, .first_index = 0});
+    const auto programme = open_recording((folder / "a.mkv").string(), false);
+    const auto feed = programme->open_feed();
+    const auto look = [&](double degrees) {
+        const glm::dquat turned = glm::angleAxis(degrees * pi / 180, glm::dvec3(0, 1, 0));
+        const auto message = encode_viewer_pose({0, {{}, turned}, ViewExtent{0.2, 0.2}});
+        feed->hear({reinterpret_cast<const char*>(message.data()), message.size()});
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));  // what is older than 0.2 s foretells nothing
+    };
+    std::ofstream sent(folder / "sent.mkv", std::ios::binary);
+    std::array<char, 1 << 16> block;
+    look(0);
+    bool has_turned = false;
+    for (double now_s = 0;; now_s += 1.0 / 60) {
+        if (now_s >= 0.5 && !std::exchange(has_turned, true))
+            look(180);
+        Portion portion;
+        while ((portion = feed->next(block, now_s)).bytes > 0)
+            sent.write(block.data(), std::streamsize(portion.bytes));
+        if (portion.ended || !portion.problem.empty())
+            break;
+    }
+    sent.close();
+    StreamReader reader((folder / "sent.mkv").string());
+    std::map<std::size_t, int> count;
+    while (const auto picture = reader.next())
+        ++count[picture->track];
+    EXPECT_GE(count[1 + 11], 27) << "15 pictures, and 15 more";
+    EXPECT_LE(count[1 + 11], 32);
+    EXPECT_GE(count[1 + 8], 45) << "from its key frame on";
 }
 
 TEST(TiledRecordings, GiveAViewerBehindTheBaseAlone) {

@@ -159,7 +159,8 @@ TEST_F(Serving, BadUsageIsOneLine) {
                    "-- --spp: expected an option of render that serve does not set itself");
     expect_failure(run("info tls://a-secret-of-enough-letters@:1"), 2, "tls://:1: expected tcp://HOST:PORT");
     expect_failure(serve("a.mkv", "--listen tcp://no.such.host.invalid:0"), 2, "expected a host that is known");
-    expect_failure(serve("a.mkv", "--listen tcp://:0 --patience nan"), 2, "--patience: expected 0.1 to 86400 s");
+    expect_failure(serve("a.mkv", "--listen tcp://:0 --patience nan"), 2, "--patience: expected a number, found 'nan'");
+    expect_failure(serve("a.mkv", "--web https://a-secret-of-enough-letters@:0"), 2, "found 'https://***@:0'");
     expect_failure(serve("a.mkv", "--listen tcp://:0 --viewers 0"), 2, "--viewers: expected at least 1");
     expect_failure(serve("a.mp4", "--listen tcp://:0 --loop"), 2, "expected Matroska for --loop");
     expect_failure(serve("a.mkv", "--listen tcp://:0 -- --crf 20"), 2, "expected a folder");

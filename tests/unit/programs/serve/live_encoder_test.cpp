@@ -1,0 +1,87 @@
+/// Where a live stream's groups begin, how coarse its pictures are, and that it keeps no frames.
+#include <equistream/sequence.h>
+#include <programs/serve/live_encoder.h>
+#include <tests/unit/plugin/stream/synthetic.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace equistream::serve {
+namespace {
+
+/// What a renderer leaves: all of it 10 m away but for one pixel.
+std::string rendered(const synthetic::Folder& folder, std::int64_t index, float nearest_m) {
+    Frame frame;
+    frame.info = synthetic::info(192, 96, index);
+    frame.planes["colour"] = FloatImage(192, 96, 4, 0.2f);
+    frame.planes["depth"] = FloatImage(192, 96, 1, 10.0f);
+    *frame.planes["depth"].pixel(50, 40) = nearest_m;
+    const std::filesystem::path file = folder / "frame.exr";
+    write_exr(file, frame);
+    return file.string();
+}
+
+LiveCoding quick() {
+    LiveCoding coding;
+    coding.crf = 20;
+    coding.preset = "ultrafast";
+    return coding;
+}
+
+TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
+    const synthetic::Folder folder;
+    LiveEncoder encoder(quick());
+    EXPECT_EQ(encoder.finish(), "") << "there was no frame";
+    std::string all;
+    const auto begins = [&](std::int64_t index, float nearest_m, bool asked, double coarser = 0) {
+        const auto coded = encoder.encode(rendered(folder, index, nearest_m), "", asked, coarser, double(index) / 30);
+        EXPECT_FALSE(std::filesystem::exists(folder / "frame.exr")) << "a server may run for weeks";
+        EXPECT_EQ(coded.header.empty(), index > 0);
+        EXPECT_EQ(coded.coarser, std::min(coarser, 31.0)) << "no coarser than there is";
+        all += coded.header + coded.bytes;
+        return coded.begins_group;
+    };
+    EXPECT_TRUE(begins(0, 4, false));
+    EXPECT_FALSE(begins(1, 3.5f, false)) << "within the room that was left";
+    EXPECT_TRUE(begins(10, 3.5f, true));
+    EXPECT_FALSE(begins(39, 3, false));
+    EXPECT_TRUE(begins(41, 3, false)) << "after a second";
+    EXPECT_TRUE(begins(42, 2, false)) << "nearer than its range";
+    EXPECT_FALSE(begins(43, 2, false, 18));
+    EXPECT_FALSE(begins(44, 2, false, 100));
+    all += encoder.finish();
+    std::ofstream(folder / "a.mkv", std::ios::binary) << all;
+    StreamReader reader((folder / "a.mkv").string());
+    std::map<std::pair<TrackRole, std::int64_t>, float> crf;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        crf[{picture.role, picture.info->index}] = picture.info->crf.value();
+    EXPECT_EQ(reader.truncation(), "");
+    EXPECT_EQ((crf[{TrackRole::main, 42}]), 20);
+    EXPECT_EQ((crf[{TrackRole::main, 43}]), 38);
+    EXPECT_EQ((crf[{TrackRole::depth, 43}]), 26) << "depth gives way after 12 steps";
+    EXPECT_EQ((crf[{TrackRole::main, 44}]), 51);
+    EXPECT_EQ((crf[{TrackRole::depth, 44}]), 39);
+}
+
+TEST(LiveEncoders, BeginGroupsNoFasterHoweverManyCome) {
+    const synthetic::Folder folder;
+    LiveEncoder encoder(quick());
+    std::vector<bool> begins;
+    const auto encode = [&](std::int64_t index, bool asked, double now_s) {
+        return encoder.encode(rendered(folder, index, 4), "", asked, 0, now_s).begins_group;
+    };
+    for (std::int64_t index = 0; index < 9; ++index)
+        begins.push_back(encode(index, index < 3, double(index) / 30));
+    EXPECT_EQ(begins, (std::vector<bool>{true, false, false, false, false, false, false, false, true}));
+    EXPECT_TRUE(encode(9, true, 100)) << "after a time without viewers the first one need not wait";
+}
+
+}  // namespace
+}  // namespace equistream::serve
