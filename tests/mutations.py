@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """One-line changes at random, and whether the changed folder's own tests notice.
 
-usage: mutations.py BUILD --report FILE [--changes N] [--seed N] [--folders NAMES]
+usage: mutations.py BUILD --report FILE [--changes N] [--seed N] [--folders NAMES] [--again]
 
 BUILD is a build folder of this checkout, without changes of its own: each change is made in place, built, tested and taken back. A folder's own
 tests are the unit tests whose sources lie in the folder of the same name; where it has none, all of its parent's. Code that is a program or a plugin
 has the tests that run it beside (RUN_BY). A change is *found* where a test fails, crashes or runs for ten times as long as before. It *survived* where
 all pass, and *in no test* where none of them compiles the file. *no program* does not compile and does not count. Changes that are in the report
-already are not made again. Read the survivors: set "equivalent" of one that cannot matter to the reason.
+already are not made again. Read the survivors: set "equivalent" of one that cannot matter to the reason. --again makes the other ones once more,
+with the tests that there are now.
 """
 
 import argparse
@@ -162,6 +163,24 @@ class Tests:
         return {"verdict": "found", "by": noticed} if noticed else {"verdict": "survived"}
 
 
+def nearest(file, line, before):
+    """The number of the line that the change was made in, wherever it is by now; None where it is gone."""
+    lines = (ROOT / file).read_text().splitlines() if (ROOT / file).exists() else []
+    return min((number for number, text in enumerate(lines) if text.strip() == before), key=lambda number: abs(number + 1 - line), default=None)
+
+
+def survivors(changes):
+    """(change, line number, what the line becomes) of those that survived and are there still."""
+    for each in changes:
+        if each["verdict"] in ("survived", "in no test") and "equivalent" not in each:
+            number = nearest(each["file"], each["line"], each["before"])
+            if number is None:
+                print(f"{each['file']}:{each['line']}: {each['before']}: gone", flush=True)
+                continue
+            text = (ROOT / each["file"]).read_text().splitlines()[number]
+            yield each, number, text.replace(each["before"], each["after"])
+
+
 def summary(changes):
     found, equivalent = (sum(each["verdict"] == "found" for each in changes), sum("equivalent" in each for each in changes))
     survived = sum(each["verdict"] in ("survived", "in no test") for each in changes) - equivalent
@@ -175,6 +194,7 @@ def main():
     parser.add_argument("--changes", type=int, default=200, help="that compile, in all (200)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folders", default=",".join(FOLDERS))
+    parser.add_argument("--again", action="store_true", help="make the changes that survived once more, and no others")
     parser.add_argument("--report", type=pathlib.Path, required=True)
     asked = parser.parse_args()
     build = asked.build.resolve()
@@ -183,6 +203,24 @@ def main():
     report = json.loads(asked.report.read_text()) if asked.report.exists() else {"seed": asked.seed, **provenance(build / "bin", ROOT), "changes": []}
     known = {(each["file"], each["line"]) for each in report["changes"]}
     folder_tests, tests = own_tests(build), Tests(build)
+
+    def made(file, number, become):
+        """The verdict."""
+        targets, names = subject_of(file, folder_tests)
+        if not names or built(build, targets) is False:
+            sys.exit(f"mutations.py: expected tests of {file} that build, found {', '.join(names) or 'none'}")
+        tests.time(names)
+        with changed(file, number, become):
+            said = tests.verdict(targets, names)
+        built(build, targets)  # as they were: tests run other programs too
+        print(f"{file}:{number + 1}: {become.strip()}: {said['verdict']} {said.get('by', '')}", flush=True)
+        return said
+
+    for each, number, become in list(survivors(report["changes"])) if asked.again else ():
+        each.update(made(each["file"], number, become))
+        write_whole(asked.report, json.dumps(report, indent=1) + "\n")
+    if asked.again:
+        return print(summary(report["changes"]))
     chance = random.Random(asked.seed)
     lines = list(code_lines(asked.folders.split(",")))
     chance.shuffle(lines)
@@ -193,16 +231,9 @@ def main():
             break
         if (file, number + 1) in known:
             continue
-        targets, names = subject_of(file, folder_tests)
-        if not names or built(build, targets) is False:
-            sys.exit(f"mutations.py: expected tests of {file} that build, found {', '.join(names) or 'none'}")
-        tests.time(names)
-        with changed(file, number, become):
-            said = tests.verdict(targets, names)
-        built(build, targets)  # as they were: tests run other programs too
+        said = made(file, number, become)
         report["changes"].append({"file": file, "line": number + 1, "before": text.strip(), "after": become.strip(), **said})
         write_whole(asked.report, json.dumps(report, indent=1) + "\n")
-        print(f"{file}:{number + 1}: {text.strip()} -> {become.strip()}: {said['verdict']} {said.get('by', '')}", flush=True)
     print(summary(report["changes"]))
 
 

@@ -4,7 +4,7 @@
 usage: run.py BUILD [--seconds N] [--targets NAMES] [--corpora FILE] [--report FILE]
 
 BUILD is the folder of the preset `fuzz`; llvm-cov and llvm-profdata of version 14 are needed. Corpora begin with the seeds and with
-FILE (tests/fuzz/corpora.tar.xz), which fuzz_test replays in every build. FILE gets the smallest set of inputs that reaches the same,
+FILE (tests/fuzz/corpora.tar.xz), which fuzz_test replays in every build. FILE gets the smallest set of inputs that reaches the same code,
 but for inputs above 20,000 bytes. --seconds 0 fuzzes nothing. The report adds up what a target was run before. Ends with 1 where a
 target has found something; the input lies beside its corpus.
 """
@@ -80,10 +80,10 @@ def fuzzed(program, corpus, seconds, seed):
 
 
 def smallest(program, corpus, room):
-    """The inputs of the corpus that reach something which smaller ones do not."""
+    """The inputs of the corpus that reach code which smaller ones do not, however often."""
     kept = room / corpus.name
     kept.mkdir()
-    subprocess.run([program, "-merge=1", *LIMITS, kept, corpus], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+    subprocess.run([program, "-merge=1", "-use_counters=0", *LIMITS, kept, corpus], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
     return kept
 
 
