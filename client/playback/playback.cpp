@@ -232,15 +232,17 @@ void FollowedHead::show(const Pose& frame_head) {
 void FollowedHead::looked(const Pose& head) {
     if (is_same(head, around_))
         return;  // a frame of the scene's own path may be there
-    looked_.push_back(head);
-    if (looked_.size() > max_sent)
-        looked_.pop_front();
+    keep(looked_, head);
 }
 
 void FollowedHead::sent(const Pose& head) {
-    sent_.push_back(head);
-    if (sent_.size() > max_sent)
-        sent_.pop_front();
+    keep(sent_, head);
+}
+
+void FollowedHead::keep(std::deque<Pose>& heads, const Pose& head) {
+    heads.push_back(head);
+    if (heads.size() > max_sent)
+        heads.pop_front();
 }
 
 }  // namespace equistream

@@ -129,6 +129,7 @@ public:
 
 private:
     static constexpr std::size_t max_sent = 4096;  // two minutes of them
+    static void keep(std::deque<Pose>& heads, const Pose& head);
 
     Pose around_;
     std::deque<Pose> sent_, looked_;

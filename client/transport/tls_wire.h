@@ -52,8 +52,6 @@ public:
     }
 
 private:
-    static constexpr std::int64_t passed_over_bytes_per_second = 65536;
-
     /// Once an end has said that it will write no more, OpenSSL takes what still comes for an error. It is read all the
     /// same: closing a socket with something unread takes back what the other end has not read yet. It is read slowly,
     /// for it may be without end.
@@ -68,7 +66,7 @@ private:
     }
 
     void pass_over_later(std::size_t count, std::span<char> bytes, Wire::Moved moved) {
-        pause_.expires_after(std::chrono::microseconds(std::int64_t(count) * 1'000'000 / passed_over_bytes_per_second));
+        pause_.expires_after(std::chrono::microseconds(std::int64_t(1e6 * double(count) / received_bytes_per_second)));
         pause_.async_wait(
             [self = this->shared_from_this(), bytes, moved = std::move(moved)](const asio::error_code& over) {
                 if (over)

@@ -14,6 +14,9 @@
 
 namespace equistream {
 
+/// How fast a server reads what viewers send, whatever it is; more waits in their own systems.
+inline constexpr double received_bytes_per_second = 65536;
+
 class Wire {
 public:
     using Opened = std::function<void(const asio::error_code&)>;

@@ -64,7 +64,7 @@ private:
     std::vector<Part> parts_;                // main first
     std::unique_ptr<DepthCode> depth_code_;  // null: no depth
     double box_radius_m_ = 0;
-    std::optional<double> group_start_s_;
+    std::optional<double> group_start_s_;  // in scene time
     bool is_group_wanted_ = false;
     double group_began_s_ = 0;  // on the server's clock
     double coarser_ = 0;        // as the encoders have been told

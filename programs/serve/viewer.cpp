@@ -11,9 +11,6 @@ namespace equistream::serve {
 
 namespace {
 
-/// What a viewer may send; more waits in its own system.
-constexpr double received_bytes_per_second = 65536;
-
 /// Within the patience. Patience is counted in looks and not on the clock, which goes on where this process was halted
 /// itself.
 constexpr int looks = 4;

@@ -26,6 +26,10 @@ layout(std140, binding = 0) uniform SourceGrid {
 };
 #endif
 
+ivec2 wrapped_within(Wrapping grid, ivec2 s) {
+    return ivec2(wrapped_column(grid, s.x, s.y), wrapped_row(grid, s.y));
+}
+
 vec2 position_on(vec2 size, int is_sphere, float focal_px, float middle, float top, vec2 per_radian, vec3 d) {
     if (is_sphere == 0)
         return vec2(flat_column(d.x, d.z, focal_px, 0.5 * size.x), flat_row(d.y, d.z, focal_px, 0.5 * size.y));
@@ -50,11 +54,11 @@ vec2 position_in_other(vec3 d) {
                        other.source_top, vec2(other.columns_per_radian, other.rows_per_radian), d);
 }
 
-/// As wrapped().
+/// The sample of that picture that stands for one up to two samples beyond its edges.
 ivec2 wrapped_in_other(ivec2 s) {
-    Wrapping grid = Wrapping(other.source_size.x, other.source_size.y, other.source_closes != 0,
-                             other.source_north_pole != 0, other.source_south_pole != 0);
-    return ivec2(wrapped_column(grid, s.x, s.y), wrapped_row(grid, s.y));
+    return wrapped_within(Wrapping(other.source_size.x, other.source_size.y, other.source_closes != 0,
+                                   other.source_north_pole != 0, other.source_south_pole != 0),
+                          s);
 }
 #endif
 
@@ -69,8 +73,7 @@ Wrapping source_wrapping() {
 
 /// The sample that stands for one up to two samples beyond the edges.
 ivec2 wrapped(ivec2 s) {
-    Wrapping grid = source_wrapping();
-    return ivec2(wrapped_column(grid, s.x, s.y), wrapped_row(grid, s.y));
+    return wrapped_within(source_wrapping(), s);
 }
 
 /// Unit directions of the centres of a sample and those right of it, below it and both; they may lie beyond the edges as

@@ -110,14 +110,17 @@ def done_file(folder, step, number):
     return pathlib.Path(folder) / "done" / f"{step['name']}-{number}"
 
 
+def outs_of(words, base):
+    """Where a command puts what it makes."""
+    return [base / (word.partition("=")[2] or after) for word, after in zip(words, [*words[1:], ""]) if word.partition("=")[0] == "--out"]
+
+
 def is_done(folder, plan, step, number):
     """Whether a task that is not divided by frames has ended, what it made is there, and no frame that it waits for is newer."""
     done, base = done_file(folder, step, number), base_of(folder, plan)
     if not done.exists():
         return False
-    outs = [word for word, before in zip(step["words"], ["", *step["words"]]) if before == "--out"]
-    outs += [word.removeprefix("--out=") for word in step["words"] if word.startswith("--out=")]
-    if not all((base / out).exists() for out in outs) or ("out" in step and not newest_frame(base / step["out"])):
+    if not all(out.exists() for out in outs_of(step["words"], base)) or ("out" in step and not newest_frame(base / step["out"])):
         return False
     before = [base / other["out"] for other in plan["steps"] if other["name"] in step["after"] and "out" in other]
     return max(map(newest_frame, before), default=0) <= done.stat().st_mtime

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 
-from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, is_done, read_plan
+from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, is_done, outs_of, read_plan
 from gathered import gather, require_one_render
 from options import minutes_text
 from steps import ENDS_WITH_PARENT, Failed, write_whole
@@ -122,7 +122,7 @@ class Runner:
 
 def with_overwrite(words, base, begun, told):
     """A play that is done again replaces its own video, and no other's: nothing stood there when it first began."""
-    outs = [base / (word.partition("=")[2] or after) for word, after in zip(words, [*words[1:], ""]) if word.partition("=")[0] == "--out"]
+    outs = outs_of(words, base)
     if "--overwrite" in words or not outs or outs[-1].suffix not in VIDEOS:
         return words
     if not outs[-1].is_file():
