@@ -4,6 +4,8 @@
 /// One thread: that of the io_context. Of each kind one call waits at a time. A callback comes from the io_context,
 /// never from within the call; after close() with an error. A wire may be destroyed once its callbacks have come. It
 /// goes, or is closed, before its io_context does.
+#include "received_rate.h"
+
 #include <asio/ip/tcp.hpp>
 #include <asio/ssl/context.hpp>
 
@@ -13,9 +15,6 @@
 #include <span>
 
 namespace equistream {
-
-/// How fast a server reads what viewers send, whatever it is; more waits in their own systems.
-inline constexpr double received_bytes_per_second = 65536;
 
 class Wire {
 public:

@@ -39,10 +39,11 @@ async function copied(frame, name) {
 
 export class TrackDecoder {
     /// Calls onPicture(number, {width, height, planes}) with the numbers that push() was given, in the order they are
-    /// shown in, and onProblem(error).
-    constructor(name, track, onPicture, onProblem) {
+    /// shown in, onProblem(error) where its pictures are of no use, and onEnd(error) once it is closed by what it was
+    /// given. The error is null where a browser took it away, of a page that is not looked at.
+    constructor(name, track, {onPicture, onProblem, onEnd}) {
         this.name = name;
-        this.onProblem = onProblem;
+        this.onEnd = onEnd;
         this.config = {codec: track.avc.codec, description: track.description, optimizeForLatency: track.isLive};
         this.turn = Promise.resolve();
         this.decoder = new VideoDecoder({
@@ -52,10 +53,12 @@ export class TrackDecoder {
                 this.turn = this.turn.then(() => copy).then(picture => onPicture(frame.timestamp, picture))
                     .catch(onProblem);
             },
-            // Where a browser takes a decoder of a page that is not looked at, another one begins at the next key frame.
-            error: error => error.name === "QuotaExceededError" ||
-                onProblem(new StreamError(`${name}: this browser cannot decode it (${error.message})`)),
+            error: error => onEnd(error.name === "QuotaExceededError" ? null : this.notDecoded(error)),
         });
+    }
+
+    notDecoded(error) {
+        return new StreamError(`${this.name}: this browser cannot decode it (${error.message})`);
     }
 
     async open() {
@@ -63,7 +66,8 @@ export class TrackDecoder {
         for (const each of [config, this.config])
             if ((await VideoDecoder.isConfigSupported(each)).supported)
                 return this.decoder.configure(this.config = each);
-        throw expectedFound(this.name, "video that this browser decodes", `${this.config.codec} (encode --codec h264)`);
+        throw expectedFound(this.name, "video that this browser decodes",
+                            `${this.config.codec} (encode --codec h264, of depth --depth pece420)`);
     }
 
     get isClosed() {
@@ -76,8 +80,14 @@ export class TrackDecoder {
     }
 
     push(number, key, bytes) {
-        if (this.decoder.state === "configured")
+        if (this.decoder.state !== "configured")
+            return;
+        try {
             this.decoder.decode(new EncodedVideoChunk({type: key ? "key" : "delta", timestamp: number, data: bytes}));
+        } catch (error) {  // it looks itself whether a key frame is one
+            this.close();
+            this.onEnd(this.notDecoded(error));
+        }
     }
 
     /// All that was pushed comes; the next packet must be a key frame.

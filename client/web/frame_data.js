@@ -1,5 +1,5 @@
 // What each coded picture says of itself (docs/stream-format.md, "Frame data"), found in H.264 packets of avcC's form.
-import {ByteReader, expectedFound} from "./bytes.js";
+import {ByteReader, StreamError, expectedFound} from "./bytes.js";
 
 const uuid = [0x69, 0xc4, 0x80, 0x36, 0x51, 0x33, 0x47, 0x84, 0x80, 0x93, 0xec, 0x66, 0xa7, 0x47, 0x51, 0x19];
 export const roles = ["main", "small", "depth", "hidden", "hidden-depth", "patches", "patches-depth", "images",
@@ -156,11 +156,21 @@ function readMessages(unit) {
     return null;
 }
 
-/// Of an H.264 packet whose units have lengths of so many bytes before them: {key, info}; info is null where there is
-/// none.
+function readInfo(unit, picture) {
+    try {
+        picture.info = readMessages(unit);
+    } catch (error) {
+        if (!(error instanceof StreamError))
+            throw error;
+        picture.problem = error;
+    }
+}
+
+/// Of an H.264 packet whose units have lengths of so many bytes before them: {key, info, problem}. Without info it is
+/// decoded all the same, for others are made from it; the problem is what is wrong with it.
 export function readPicture(packet, lengthBytes) {
     const reader = new ByteReader(packet, "H.264 in the stream");
-    const picture = {key: false, info: null};
+    const picture = {key: false, info: null, problem: null};
     while (reader.left > 0) {
         let size = 0;
         for (let i = 0; i < lengthBytes; ++i)
@@ -169,7 +179,7 @@ export function readPicture(packet, lengthBytes) {
         const type = size > 0 ? unit[0] & 31 : 0;
         picture.key ||= type === 5;
         if (type === 6 && !picture.info)
-            picture.info = readMessages(unit.subarray(1));
+            readInfo(unit.subarray(1), picture);
     }
     return picture;
 }

@@ -7,8 +7,9 @@ const depthOf = {main: "depth", window: "window-depth"};
 /// Frames whose pictures have not all come, and of them those that hold some; older ones are given up. Recordings
 /// have fewer on the way (recorded.js).
 const mostPartial = 300, mostHeld = 32;
-/// Packets that wait for a decoder of a live stream; more are left out up to the next key frames.
-const mostQueued = 90;
+/// Packets that wait for a decoder: of a live stream, where more are left out up to the next key frames; and of a
+/// recording, which goes on once there are fewer.
+const mostQueued = 90, mostAhead = 6;
 
 /// Of a picture and its depth, or of a sphere and its window: one place; of the first also one camera.
 const samePose = (a, b) => JSON.stringify(a.pose) === JSON.stringify(b.pose);
@@ -46,6 +47,10 @@ export class FrameMaker {
             decoder.reset();
     }
 
+    get isClosed() {
+        return this.generation === 0;
+    }
+
     close() {
         this.generation = 0;
         for (const decoder of this.decoders.values())
@@ -55,8 +60,10 @@ export class FrameMaker {
     async decoderOf(role, track) {
         if (!this.decoders.has(role)) {
             track.isLive = this.isLive;
-            const decoder = new TrackDecoder(`${role} track`, track, (number, picture) => this.decoded(number, picture),
-                                             error => this.failed(role, error));
+            const decoder = new TrackDecoder(`${role} track`, track, {
+                onPicture: (number, picture) => this.decoded(number, picture),
+                onProblem: error => this.failed(role, error), onEnd: error => this.ended(role, error),
+            });
             decoder.opening = decoder.open();
             this.decoders.set(role, decoder);
         }
@@ -70,15 +77,24 @@ export class FrameMaker {
         if (role === "main")
             return this.onProblem(error);
         this.leftOut.add(role);
-        this.onNote(`${error.message}: shown without it. Depth that browsers decode: encode --depth pece420`);
+        this.onNote(`${error.message}: shown without it`);
+        this.release();
+    }
+
+    /// Another decoder begins at the track's next key frame.
+    ended(role, error) {
+        if (error && role === "main")
+            this.onProblem(error);
+        else if (error)
+            this.onNote(error.message);
         this.release();
     }
 
     /// Packets of a track must begin with a key frame.
-    async push({role, track, key, info, bytes}) {
-        if (this.leftOut.has(role) || (!key && !this.started.has(role)))
+    async push({role, track, key, info, bytes, isUnsaid}) {
+        if (this.isClosed || this.leftOut.has(role) || (!key && !this.started.has(role)))
             return;
-        if (info.packing !== "none" || info.isOds)
+        if (!isUnsaid && (info.packing !== "none" || info.isOds))
             return this.failed("main", expectedFound("main track", "one eye's sphere (encode --stereo tracks)",
                                                      `both eyes, ${info.packing}; equistream view plays it`));
         const {generation} = this;
@@ -87,6 +103,7 @@ export class FrameMaker {
                 return;
             this.decoders.delete(role);
         }
+        this.started.add(role);  // so that frames wait for it while its decoder opens
         let decoder;
         try {
             decoder = await this.decoderOf(role, track);
@@ -100,15 +117,32 @@ export class FrameMaker {
             this.passed += role === "main" ? 1 : 0;
             return;
         }
-        this.started.add(role);
         const number = ++this.number;
-        this.infos.set(number, {role, info, generation});
-        this.frame(info.index).expected.add(role);
+        if (!isUnsaid) {
+            this.infos.set(number, {role, info, generation});
+            this.frame(info.index).expected.add(role);
+        }
         decoder.push(number, key, bytes);
     }
 
     get waiting() {
         return this.partial.size + this.whole.length;
+    }
+
+    /// Whether a decoder has as many packets as it needs to go on.
+    get isBusy() {
+        return [...this.decoders.values()].some(decoder => decoder.waiting >= mostAhead);
+    }
+
+    /// A track that says nothing for long is waited for no more: what its decoder holds comes, and it begins again with
+    /// a key frame.
+    async rest(role) {
+        const {generation} = this;
+        await this.decoders.get(role)?.finish();
+        if (generation !== this.generation)
+            return;
+        this.started.delete(role);
+        this.release();
     }
 
     /// All that was pushed goes on, unless there is a restart meanwhile.
@@ -132,10 +166,14 @@ export class FrameMaker {
         return this.partial.get(index);
     }
 
-    /// The oldest of these frames.
+    /// The oldest of these frames waits no more.
     giveUp(indices) {
-        this.partial.delete(Math.min(...indices));
-        ++this.passed;
+        const index = Math.min(...indices), {pictures} = this.partial.get(index);
+        this.partial.delete(index);
+        if (pictures.has("main"))
+            this.unpack(index, pictures);
+        else
+            ++this.passed;
     }
 
     decoded(number, picture) {
@@ -144,40 +182,50 @@ export class FrameMaker {
         if (!known || known.generation !== this.generation)
             return;
         const {role, info} = known;
-        const step = info.depth?.halved ? 2 : 1;
-        if (picture.width !== info.camera.width / step || picture.height !== info.camera.height / step)
-            return this.onNote(expectedFound(`${role} picture ${info.index}`,
-                                             `${info.camera.width / step}x${info.camera.height / step} as it is tagged`,
-                                             `${picture.width}x${picture.height}`).message);
-        if (role in depthOf && picture.planes[0].bits !== 8)
-            return this.failed(role, expectedFound(`${role} track`, "8 bits a sample (encode --transfer srgb)", "HDR"));
-        if (role in depthOf && !picture.isHalved)
-            return this.failed(role, expectedFound(`${role} track`, "colour of half the size (4:2:0)", "4:4:4"));
-        this.partial.get(info.index)?.pictures.set(role, {info, picture});
+        this.newest.set(role, info.index);
+        if (this.isAsTagged(role, info, picture))
+            this.partial.get(info.index)?.pictures.set(role, {info, picture});
         const held = [...this.partial.keys()].filter(index => this.partial.get(index).pictures.size > 0);
         if (held.length > mostHeld)
             this.giveUp(held);
-        this.newest.set(role, info.index);
         this.release();
+    }
+
+    isAsTagged(role, info, picture) {
+        const step = info.depth?.halved ? 2 : 1, width = info.camera.width / step, height = info.camera.height / step;
+        if (picture.width !== width || picture.height !== height)
+            this.onNote(expectedFound(`${role} picture ${info.index}`, `${width}x${height} as it is tagged`,
+                                      `${picture.width}x${picture.height}`).message);
+        else if (role in depthOf && picture.planes[0].bits !== 8)
+            this.failed(role, expectedFound(`${role} track`, "8 bits a sample (encode --transfer srgb)", "HDR"));
+        else if (role in depthOf && !picture.isHalved)
+            this.failed(role, expectedFound(`${role} track`, "colour of half the size (4:2:0)", "4:4:4"));
+        else
+            return true;
+        return false;
     }
 
     /// Frames go on in order, once all of their pictures have come or never will.
     release() {
         for (const index of [...this.partial.keys()].sort((a, b) => a - b)) {
             const {expected, pictures} = this.partial.get(index);
-            const misses = [...expected].filter(role => !pictures.has(role) && !this.leftOut.has(role) &&
-                !(this.newest.get(role) > index));
-            // What a track has not begun yet comes with a later packet.
-            if (misses.length > 0 && !this.isFinished)
-                return;
-            if (!pictures.has("main") && !this.isFinished && !(this.newest.get("main") > index))
-                return;
-            if (!this.isFinished && !this.isFollowed(index))
+            const roles = ["main", ...expected, ...this.started, ...this.decoders.keys()];
+            if (!this.isFinished && roles.some(role => this.isAwaited(role, index)))
                 return;
             this.partial.delete(index);
             if (pictures.has("main"))
                 this.unpack(index, pictures);
         }
+    }
+
+    /// Whether a picture of this role may still come for a frame. In a container the tracks may lie apart.
+    isAwaited(role, index) {
+        const {expected, pictures} = this.partial.get(index);
+        if (this.leftOut.has(role) || pictures.has(role) || this.newest.get(role) > index ||
+            this.decoders.get(role)?.isClosed)
+            return false;
+        // A recording's packets come in turn: a track that lacks its key frame here says nothing up to the next.
+        return this.isLive || this.started.has(role) || expected.has(role);
     }
 
     /// One frame after the other. Live, the newest takes the place of the one that waits.
@@ -191,12 +239,6 @@ export class FrameMaker {
         this.inTurn = this.inTurn.then(() => this.make(made)).catch(this.onProblem);
     }
 
-    /// Whether all tracks have had their packets for this frame: in a container they may lie apart.
-    isFollowed(index) {
-        return [...this.decoders.keys()].every(role => this.leftOut.has(role) ||
-            this.partial.get(index).pictures.has(role) || this.newest.get(role) > index);
-    }
-
     async make(made) {
         if (made !== this.generation || this.whole.length === 0)
             return;
@@ -208,8 +250,10 @@ export class FrameMaker {
         // A window without the distances that the sphere has would take them from all.
         const {window, main} = frame;
         if (window && ((main.distances && !window.distances) || !samePose(window.info, main.info) ||
-                       !window.info.camera.isSphere))
+                       !window.info.camera.isSphere)) {
+            this.forget({window});
             delete frame.window;
+        }
         if (made === this.generation)
             this.onFrame(frame);
         else
@@ -220,9 +264,12 @@ export class FrameMaker {
         const view = {info, picture, key: `${this.generation}.${role}.${info.index}`};
         if (!depth?.info.depth || this.leftOut.has(depthOf[role]))
             return view;
+        if (!sameView(info, depth.info)) {
+            this.onNote(expectedFound(`depth of frame ${info.index}`, "the camera and pose of its colour", "others")
+                .message);
+            return view;
+        }
         try {
-            if (!sameView(info, depth.info))
-                throw expectedFound(`depth of frame ${info.index}`, "the camera and pose of its colour", "others");
             const [{data, stride}] = picture.planes;
             const luma = {data: depth.info.depth.halved ? data.slice() : new Uint8Array(0), stride};
             const order = {key: view.key, picture: depth.picture, info: depth.info, luma};

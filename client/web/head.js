@@ -1,5 +1,6 @@
 // Where the viewer's head is, relative to the head that a frame was made for: turned and moved by mouse, fingers, keys
-// and the device's own turning. The same rules as client/view/head_motion.h.
+// and the device's own turning. Axes and keys as in client/view/head_motion.h; but the head begins at once, and stays in
+// its box.
 import {aboutAxis, composed, conjugate, headingOf, multiply, normalized, rotate} from "./poses.js";
 
 const turnPerSecond = 1, metresPerSecond = 0.15, turnPerPixel = 0.0025;

@@ -7,22 +7,25 @@ export class Helper {
         this.waiting = new Map();
         this.number = 0;
         this.worker.onmessage = ({data}) => {
-            const {resolve, reject} = this.waiting.get(data.number);
-            this.waiting.delete(data.number);
+            const {resolve, reject} = this.waiting.get(data.number) ?? {};
+            if (!this.waiting.delete(data.number))
+                return;
             if (data.problem)
                 reject(new StreamError(data.problem));
             else
                 resolve(data.answer);
         };
         this.worker.onerror = event => {
-            const problem = new Error(`beside the page: ${event.message ?? "the browser has ended it"}`);
+            this.problem = new StreamError(`beside the page: ${event.message || "the browser has ended it"}`);
             for (const {reject} of this.waiting.values())
-                reject(problem);
+                reject(this.problem);
             this.waiting.clear();
         };
     }
 
     ask(order, words) {
+        if (this.problem)
+            return Promise.reject(this.problem);
         const number = ++this.number;
         return new Promise((resolve, reject) => {
             this.waiting.set(number, {resolve, reject});

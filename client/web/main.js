@@ -18,6 +18,8 @@ const words = new URLSearchParams(location.search);
 const defaultFov = 90 * Math.PI / 180;
 /// A head that a headset says is farther away than this has moved.
 const stillMetres = 0.003;
+/// About one stream; a damaged one would say something of each picture.
+const mostNotes = 4;
 /// Of a key, with or without shift.
 const nameOf = event => event.key.length === 1 ? event.key.toLowerCase() : event.key;
 const layouts = ["one", "side by side", "anaglyph"];
@@ -56,8 +58,10 @@ class Page {
         of("loading").hidden = false;
         this.times = {opened: performance.now(), firstPicture: null};
         this.followed = new FollowedHead();
+        const notes = new Set();
         this.player = new Player(this.helper, name, {
-            isLive, onNote: text => of("note").textContent = text, onProblem: error => this.fail(error),
+            isLive, onProblem: error => this.fail(error),
+            onNote: text => notes.size < mostNotes && (of("note").textContent = [...notes.add(text)].join("; ")),
         });
         this.player.loops = words.get("loop") !== "0";
         return this.player;
@@ -73,9 +77,7 @@ class Page {
             }
             player.end();
         } catch (error) {
-            if (player.isClosed)
-                return;
-            this.fail(error);
+            player.onProblem(error);
             player.recording.isComplete = true;  // what came is played
         }
     }
@@ -108,13 +110,13 @@ class Page {
     openLive(url, key) {
         const player = this.open(url, true);
         this.live = new LiveSocket(url, key, {
-            onBytes: bytes => player.push(bytes), onProblem: error => this.fail(error),
+            onBytes: bytes => player.push(bytes), onProblem: player.onProblem,
             onEnd: () => {
-                of("note").textContent = "the server has ended the stream";
+                player.onNote("the server has ended the stream");
                 try {
                     player.end();
                 } catch (error) {
-                    this.fail(error);
+                    player.onProblem(error);
                 }
             },
         });
@@ -125,6 +127,13 @@ class Page {
         if (!(error instanceof StreamError))
             console.error(error);
         of("problem").textContent = error.message ?? `${error}`;
+    }
+
+    /// What a key or a button cannot do says nothing of the stream.
+    refuse(error) {
+        if (!(error instanceof StreamError) && !(error instanceof DOMException))
+            console.error(error);
+        of("note").textContent = error.message;
     }
 
     // What is seen.
@@ -274,7 +283,7 @@ class Page {
 
     listen() {
         const actions = {
-            " ": () => this.player.toggle(),
+            " ": () => this.player?.toggle(),
             "c": () => {
                 this.head.centre();
                 this.headset.recentre();
@@ -288,7 +297,7 @@ class Page {
             "h": () => of("help").hidden = !of("help").hidden,
             "o": () => of("file").click(),
             "g": () => this.head.followDevice().then(
-                may => may || this.fail(new StreamError("the browser does not say how this device is turned"))),
+                may => may || this.refuse(new StreamError("the browser does not say how this device is turned"))),
             "f": () => (document.fullscreenElement ? document.exitFullscreen()
                                                    : document.documentElement.requestFullscreen?.())?.catch(() => {}),
         };
@@ -336,8 +345,8 @@ class Page {
             "the browser has taken the graphics card away: load the page again")));
         Headset.isThere().then(isThere => of("headset").hidden = !isThere);
         of("headset").addEventListener("click", () => this.player
-            ? this.headset.start().catch(error => this.fail(error))
-            : this.fail(new StreamError("open a stream first")));
+            ? this.headset.start().catch(error => this.refuse(error))
+            : this.refuse(new StreamError("open a stream first")));
         of("gyroscope").hidden = !("ontouchstart" in window);
     }
 
@@ -391,6 +400,7 @@ function start() {
         else if (words.has("live"))
             page.openLive(relative(words.get("live")).replace(/^http/, "ws"), keyOfAddress());
     } catch (error) {
+        of("loading").hidden = true;
         of("problem").textContent = error.message;
         if (!(error instanceof StreamError))
             console.error(error);

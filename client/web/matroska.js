@@ -78,6 +78,9 @@ export class MatroskaReader {
         }
     }
 
+    /// There will be no more bytes: whole pictures have gone already.
+    end() {}
+
     read() {
         if (this.skipping > 0) {
             const count = Math.min(this.skipping, this.queue.length);

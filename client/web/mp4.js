@@ -126,6 +126,16 @@ export class Mp4Reader {
         return true;
     }
 
+    /// There will be no more bytes. Of a fragment that was cut, the samples that are there are read.
+    end() {
+        if (!this.fragment || this.queue.length < 16)
+            return;
+        const reader = new ByteReader(this.queue.peek(16), "mp4");
+        const header = reader.u32() === 1 ? 16 : 8;
+        if (reader.name() === "mdat")
+            this.readPackets(this.queue.peek(this.queue.length).subarray(header), this.fragment.from + header, true);
+    }
+
     readTracks(moov) {
         const tracks = [...boxesIn(moov, "mp4")].filter(box => box.name === "trak");
         for (const {content} of tracks.slice(0, mostTracks)) {
@@ -150,12 +160,14 @@ export class Mp4Reader {
         return all;
     }
 
-    readPackets(data, dataOffset) {
+    readPackets(data, dataOffset, isCut = false) {
         const packets = [];
         let total = 0;
         for (const {id, offset, sizes} of this.fragment.runs) {
             let at = offset - dataOffset;
             for (const size of sizes) {
+                if (isCut && at + size > data.length)
+                    break;
                 total += size;  // samples that share bytes would take more than came
                 if (!(at >= 0 && at + size <= data.length && total <= data.length))
                     throw expectedFound("mp4 fragment", "samples within its data", `one at ${at} of ${size} bytes`);

@@ -1,7 +1,11 @@
 // Which frame is on show when: of a recording by its time line, of a live stream the newest.
+import {expectedFound} from "./bytes.js";
 import {FrameMaker} from "./frames.js";
 import {Recording} from "./recorded.js";
 import {StreamReader} from "./stream.js";
+
+/// After so many laps without a frame the decoder will not find one either.
+const mostEmptyLaps = 3;
 
 export class Player {
     /// Calls onNote(text) and onProblem(error).
@@ -9,7 +13,12 @@ export class Player {
         this.isLive = isLive;
         // What is still on its way when it is closed is nobody's concern.
         this.onNote = text => this.isClosed || onNote(text);
-        this.onProblem = error => this.isClosed || onProblem(error);
+        this.onProblem = error => {
+            if (this.isClosed)
+                return;
+            this.hasFailed = true;
+            onProblem(error);
+        };
         this.ready = [];     // frames after the one on show, in order
         this.shown = null;   // nothing for a moment after a jump
         this.left = [];      // frames that were on show
@@ -23,6 +32,8 @@ export class Player {
             onFrame: frame => this.came(frame),
         });
         this.recording = isLive ? null : new Recording(this.maker);
+        this.hasCome = false;  // a frame, since it began
+        this.emptyLaps = 0;    // one after the other
         this.packets = Promise.resolve();
         this.reader = new StreamReader(name, packet => {
             if (this.recording)
@@ -66,9 +77,18 @@ export class Player {
         if (this.recording)
             this.recording.isComplete = true;
         else
-            this.packets = this.packets.then(() => this.maker.finish()).catch(this.onProblem);
+            this.packets = this.packets.then(() => this.maker.finish()).then(() => this.hasCome || this.nothingCame())
+                .catch(this.onProblem);
         this.reader.end();
+        if (this.recording)
+            this.reader.requireAll();
         this.tellProblems();
+    }
+
+    /// Key frames are damaged, and without them there are no others.
+    nothingCame() {
+        if (!this.hasFailed)
+            this.onProblem(expectedFound(this.reader.name, "pictures that can be decoded from a key frame on", "none"));
     }
 
     close() {
@@ -81,7 +101,9 @@ export class Player {
 
     came(frame) {
         if (this.isClosed)
-            return;
+            return this.maker.forget(frame);
+        this.hasCome = true;
+        this.emptyLaps = 0;
         // Before a jump's key frame lie frames that are not wanted.
         if (this.recording && frame.index < this.recording.from)
             return this.maker.forget(frame);
@@ -122,22 +144,46 @@ export class Player {
             this.take();
             this.time = this.timeOf(this.shown);
         }
-        if (!this.shown || !this.plays)
+        if (!this.shown)
+            return this.isExhausted && this.beginAgain();
+        if (!this.plays)
             return;
         this.time += seconds;
-        while (this.ready.length > 0 && this.timeOf(this.ready[0]) <= this.time + 1e-6)
+        while (this.isDue(...this.ready))
             this.take();
         const next = this.timeOf(this.shown) + 1 / this.shown.info.framesPerSecond;
         if (this.ready.length > 0 || this.time < next)
             return;
-        if (recording.isFinished && this.maker.waiting === 0)
+        if (this.isExhausted)
             this.atEnd();
         else
             this.time = next;  // what has not been decoded is waited for
     }
 
+    /// Whether all of the recording was decoded, and all that came of it was taken.
+    get isExhausted() {
+        return this.recording.isFinished && this.maker.waiting === 0 && this.ready.length === 0;
+    }
+
+    /// A time beyond the next frame's is damaged.
+    isDue(frame, next) {
+        return frame && (this.timeOf(frame) <= this.time + 1e-6 ||
+                         (next && this.timeOf(frame) > this.timeOf(next)));
+    }
+
+    /// From where it was to go on to its end there is no frame.
+    beginAgain() {
+        const {recording} = this;
+        if (recording.from > recording.frames[0] || (this.hasCome && this.emptyLaps++ < mostEmptyLaps))
+            this.seek(0);
+        else
+            this.nothingCame();
+    }
+
     atEnd() {
-        if (this.loops) {
+        if (this.loops && this.recording.frames.length === 1) {
+            this.time = 0;  // it is on show already
+        } else if (this.loops) {
             this.recording.rewind(this.recording.frames[0]);
             this.time = 0;
             this.rewound();

@@ -1,7 +1,9 @@
 // A recorded stream: its packets as far as they have come, fed to the decoders as frames are wanted, over and over.
 
-/// So many frames are decoded ahead of the one on show, and so many may be on their way.
+/// Frames that are decoded ahead of the one on show; and frames on their way, some of which decoders hold back.
 const framesAhead = 3, framesOnTheWay = 24;
+/// A track that has no packet for so many of main's has a hole, or has ended.
+const longestSilence = 16;
 
 /// How many at the beginning of a sorted list are so.
 function countWhile(list, isSo) {
@@ -22,8 +24,6 @@ export class Recording {
         this.packets = new Map();  // by role, in the order they are decoded in
         this.times = new Map();    // of main's frames, by index
         this.frames = [];          // these indices, ascending
-        this.first = Infinity;     // and last: the earliest and the latest time
-        this.last = -Infinity;
         this.isComplete = false;
         this.rewind(0);
     }
@@ -33,28 +33,27 @@ export class Recording {
             this.packets.set(packet.role, []);
         this.packets.get(packet.role).push(packet);
         const {index, time} = packet.info;
-        if (packet.role !== "main" || this.times.has(index))
+        if (packet.role !== "main" || packet.isUnsaid || this.times.has(index))
             return;
         this.times.set(index, time);
         this.frames.splice(countWhile(this.frames, each => each < index), 0, index);
-        this.first = Math.min(this.first, time);
-        this.last = Math.max(this.last, time);
     }
 
     /// The index of the frame on show at a time.
     frameAt(time) {
-        const count = countWhile(this.frames, each => this.times.get(each) <= time + 1e-6);
-        return this.frames[Math.max(count - 1, 0)];
+        return this.frames.findLast(each => this.times.get(each) <= time + 1e-6) ?? this.frames[0];
     }
 
     /// Seconds from the first frame to the end of the last.
     get length() {
-        const main = this.packets.get("main") ?? [];
-        return main.length === 0 ? 0 : this.last - this.first + 1 / main[0].info.framesPerSecond;
+        if (this.frames.length === 0)
+            return 0;
+        const {framesPerSecond} = this.packets.get("main").find(packet => !packet.isUnsaid).info;
+        return Math.max(this.times.get(this.frames.at(-1)) - this.start, 0) + 1 / framesPerSecond;
     }
 
     get start() {
-        return this.times.size === 0 ? 0 : this.first;
+        return this.times.get(this.frames[0]) ?? 0;
     }
 
     /// Goes on from the last key frame at or before a frame.
@@ -62,6 +61,7 @@ export class Recording {
         this.maker.restart();
         this.next = new Map();
         this.fed = -1;  // the highest index of main
+        this.silent = new Map();  // by role: main's packets since its own last one
         this.isFinished = false;
         this.feeding = false;
         this.from = index;
@@ -77,12 +77,16 @@ export class Recording {
         if (this.feeding)
             return;
         this.feeding = true;
-        const generation = this.maker.generation;
-        while (generation === this.maker.generation && ready() < framesAhead && this.maker.waiting < framesOnTheWay &&
-               await this.feedOne()) {
+        const {maker} = this, {generation} = maker;
+        maker.release();
+        try {
+            while (generation === maker.generation && ready() + maker.whole.length < framesAhead &&
+                   maker.waiting < framesOnTheWay && !maker.isBusy && await this.feedOne()) {
+            }
+        } finally {
+            if (generation === maker.generation)
+                this.feeding = false;
         }
-        if (generation === this.maker.generation)
-            this.feeding = false;
     }
 
     take(role) {
@@ -110,8 +114,19 @@ export class Recording {
         await this.maker.push(packet);
         // The other tracks' packets of about the same frames: which come first differs with their B-frames.
         for (const role of this.packets.keys())
-            while (role !== "main" && this.peek(role)?.info.index <= this.fed)
-                await this.maker.push(this.take(role));
+            if (role !== "main")
+                await this.feedBeside(role);
         return true;
+    }
+
+    async feedBeside(role) {
+        const begin = this.next.get(role) ?? 0;
+        while (this.peek(role)?.info.index <= this.fed)
+            await this.maker.push(this.take(role));
+        const isSilent = (this.next.get(role) ?? 0) === begin && (this.peek(role) || this.isComplete);
+        const silent = isSilent ? (this.silent.get(role) ?? 0) + 1 : 0;
+        this.silent.set(role, silent);
+        if (silent === longestSilence)
+            await this.maker.rest(role);
     }
 }

@@ -6,10 +6,12 @@ import {Mp4Reader} from "./mp4.js";
 
 /// Tracks that the page uses; it does without the others.
 const usedRoles = new Set(["main", "depth", "window", "window-depth"]);
+/// Pictures of a track that has not said yet what it is.
+const mostHeld = 32;
 
 export class StreamReader {
-    /// Calls onPacket({role, track, key, info, bytes}) for what the page uses. What cannot be shown goes into
-    /// `leftOut`, a set of roles.
+    /// Calls onPacket({role, track, key, info, bytes, isUnsaid}) for what the page uses; of an unsaid picture the index
+    /// alone is known, about. What cannot be shown goes into `leftOut`, a set of roles.
     constructor(name, onPacket, leftOut = new Set()) {
         this.name = name;
         this.onPacket = onPacket;
@@ -19,6 +21,7 @@ export class StreamReader {
         this.tracks = new Map();
         this.byRole = new Map();
         this.problems = new Set();  // each is told once
+        this.main = {pictures: 0, after: 0, count: 0, last: 0};  // what main's pictures say of their number
     }
 
     push(bytes) {
@@ -55,10 +58,29 @@ export class StreamReader {
 
     /// There will be no more bytes.
     end() {
+        this.container?.end();
         const expected = this.otherCodec ? "H.264, which browsers decode (encode --codec h264)"
                                          : "pictures with poses, as `equistream encode` writes";
         if (!this.byRole.has("main"))
             throw expectedFound(this.name, expected, this.otherCodec ?? "none");
+    }
+
+    /// Of a recording, which has all pictures that it says.
+    requireAll() {
+        const {pictures, after, count, last} = this.main;
+        if (after < count || count === 0)
+            this.problems.add(`${this.name}: main was cut after frame ${last} (${pictures}` +
+                              `${count > 0 ? ` of ${count} pictures play` : " play"})`);
+        else if (pictures < count)
+            this.problems.add(`${this.name}: main lacks ${count - pictures} of ${count} pictures`);
+    }
+
+    countMain({ordinal, count, index}) {
+        const {main} = this;
+        ++main.pictures;
+        main.after = Math.max(main.after, ordinal + 1);
+        main.count = Math.max(main.count, count);
+        main.last = Math.max(main.last, index);
     }
 
     take(id, bytes) {
@@ -75,19 +97,39 @@ export class StreamReader {
             return;
         }
         if (!picture.info) {
-            this.problems.add("pictures without frame data are left out");
+            this.problems.add(picture.problem?.message ?? "pictures without frame data are left out");
+            this.takeUnsaid(track, picture.key, bytes);
             return;
         }
         const {role} = picture.info;
         if (!usedRoles.has(role) || this.leftOut.has(role))
             return;
         const first = this.byRole.get(role) ?? track;
-        this.byRole.set(role, track);
-        if (first.id !== track.id) {  // a stream that begins again says all its tracks again
+        if (first.id !== track.id && role.startsWith("window")) {
             this.problems.add("tiles are not shown by this page: the sphere around them is");
             this.leftOut.add("window").add("window-depth");
-            return;
+        } else if (first.id !== track.id) {
+            this.problems.add(`a second track of ${role} is left out`);
         }
+        if (first.id !== track.id)
+            return;
+        this.byRole.set(role, track);  // a stream that begins again says all its tracks again
+        if (role === "main")
+            this.countMain(picture.info);
+        track.role = role;
+        for (const {key, bytes: held} of track.held?.splice(0) ?? [])
+            this.takeUnsaid(track, key, held);
+        track.highest = Math.max(track.highest ?? -1, picture.info.index);
         this.onPacket({role, track, key: picture.key, info: picture.info, bytes});
+    }
+
+    /// A picture that does not say what it is goes to its track's decoder: between the one before and the next.
+    takeUnsaid(track, key, bytes) {
+        track.held ??= [];
+        if (track.role)
+            this.onPacket({role: track.role, track, key, info: {index: (track.highest ?? -1) + 0.5}, bytes,
+                           isUnsaid: true});
+        else if (track.held.length < mostHeld)
+            track.held.push({key, bytes});
     }
 }

@@ -12,7 +12,8 @@ function viewOfProjection(m, width) {
 }
 
 export class Headset {
-    /// draw(frameTime, eyes, target) with eyes [{view, pose, place}] and the framebuffer.
+    /// draw(time, eyes, head, framebuffer) with eyes [{view, place, local}]; `local` and `head` are poses relative to
+    /// where the head began.
     constructor(gl, draw, onEnd) {
         this.gl = gl;
         this.draw = draw;

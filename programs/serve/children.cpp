@@ -29,6 +29,9 @@ namespace {
 
 constexpr std::size_t longest_line = 65536;
 
+constexpr std::size_t max_restarts = 3;
+constexpr std::chrono::hours restarts_within{1};
+
 /// After that a child that was told to end is killed.
 constexpr std::chrono::seconds time_to_end{5};
 
@@ -146,6 +149,14 @@ bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<
         return false;
     if (const auto problem = problem_of(program, *status))
         std::rethrow_exception(problem);
+    return true;
+}
+
+bool Restarts::allows(Clock::time_point now) {
+    std::erase_if(restarts_, [&](Clock::time_point then) { return now - then > restarts_within; });
+    if (restarts_.size() >= max_restarts)
+        return false;
+    restarts_.push_back(now);
     return true;
 }
 

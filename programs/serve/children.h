@@ -1,6 +1,7 @@
 #pragma once
 /// A rendered sequence coded by `equistream encode` as a child process.
 #include <equistream/camera.h>
+#include <equistream/elapsed.h>
 
 #include <asio/posix/stream_descriptor.hpp>
 #include <asio/signal_set.hpp>
@@ -18,6 +19,16 @@ namespace equistream::serve {
 /// the signals of `stop` came, and the child has been ended. Throws cli::ChildFailed where the child fails. `io` is
 /// the context of `stop` and has nothing else to do.
 bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<std::string>& arguments);
+
+/// How often a renderer that has died is started again: three times an hour.
+class Restarts {
+public:
+    /// It is counted, if it is allowed.
+    bool allows(Clock::time_point now);
+
+private:
+    std::vector<Clock::time_point> restarts_;
+};
 
 // `equistream render --follow` as a child that stays: orders go to its standard input, answers come from its standard
 // output (host-adapters/common/follow.h). One thread: that of the io_context.

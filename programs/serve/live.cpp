@@ -35,9 +35,6 @@ constexpr double most_mbps = 1e5;
 constexpr const char* option_group = "For a scene, rendered while it is watched";
 
 constexpr double note_interval_s = 10;
-/// Of a renderer that has died.
-constexpr std::size_t max_restarts = 3;
-constexpr std::chrono::hours restarts_within{1};
 
 std::string words_of(const std::exception_ptr& problem) {
     try {
@@ -92,20 +89,17 @@ private:
     };
 
     void start_renderer() {
-        is_ready_ = is_rendering_ = has_rendered_ = false;
+        is_ready_ = is_rendering_ = false;
         child_.emplace(io_, settings_.program, settings_.arguments,
                        RenderChild::Events{[this](double rate) { start(rate); },
                                            [this](const RenderedFrame& frame) { take(frame); },
                                            [this](std::exception_ptr problem) { lose_renderer(problem); }});
     }
 
-    /// One that has rendered something since it was started is started again, a few times an hour.
+    /// One that had loaded its scene is started again, a few times an hour.
     void lose_renderer(std::exception_ptr problem) {
-        const auto now = Clock::now();
-        std::erase_if(restarts_, [&](Clock::time_point then) { return now - then > restarts_within; });
-        if (is_ending_ || !has_rendered_ || restarts_.size() >= max_restarts)
+        if (is_ending_ || !is_ready_ || !restarts_.allows(Clock::now()))
             return end(problem);
-        restarts_.push_back(now);
         note(words_of(problem) + "; it is started again");
         child_->end();
         asio::post(io_, [this] {  // not within its own call
@@ -182,7 +176,6 @@ private:
 
     void take(const RenderedFrame& frame) {
         is_rendering_ = false;
-        has_rendered_ = true;
         figures_.render_s += frame.render_s;
         figures_.write_s += frame.write_s;
         figures_.stages.add(LiveStage::render, seconds_since(ordered_) - frame.write_s);
@@ -241,18 +234,20 @@ private:
         rate_.coded(now_s, coded.bytes.size(), coded.coarser);
         if (const auto delivery = stream_.delivery())
             rate_.delivered(now_s, delivery->first, delivery->second);
-        const bool is_coarser = rate_.coarser() > 0;
+        const double asked_crf = settings_.coding.crf, coarser = crf() - asked_crf;
+        const bool is_coarser = said_coarser_ ? coarser > 0 : coarser >= 1;
         if (is_coarser == said_coarser_ || seconds_since(rate_noted_) < note_interval_s)
             return;
         said_coarser_ = is_coarser;
         rate_noted_ = Clock::now();
-        const double asked_crf = settings_.coding.crf, limit_mbps = 1e-6 * rate_.limit_bps();
+        if (!is_coarser)
+            return note(formatted("the stream is coded as asked for again, with CRF %g", asked_crf));
+        const double limit_mbps = 1e-6 * rate_.limit_bps();
         const bool is_told = settings_.most_mbps && limit_mbps > 0.99 * *settings_.most_mbps;
-        note(is_coarser ? formatted(is_told ? "for --mbit %.3g the stream is coded with CRF %.0f instead of %g"
-                                            : "the line of the viewer that steers carries %.3g Mbit/s: the stream is "
-                                              "coded with CRF %.0f instead of %g",
-                                    limit_mbps, crf(), asked_crf)
-                        : formatted("the stream is coded as asked for again, with CRF %g", asked_crf));
+        const std::string why = is_told ? formatted("for --mbit %.3g", limit_mbps)
+                                        : formatted("the line of the viewer that %s carries %.3g Mbit/s:",
+                                                    stream_.steering() ? "steers" : "came first", limit_mbps);
+        note(why + formatted(" the stream is coded with CRF %.0f instead of %g", crf(), asked_crf));
     }
 
     double crf() const { return std::min(settings_.coding.crf + rate_.coarser(), double(worst_crf)); }
@@ -344,12 +339,12 @@ private:
     std::optional<double> pose_age_s_;  // when the last sphere was ordered; nothing: no pose was new
     std::int64_t intervals_ = 0;
     int coding_ = 0;  // frames that the worker has not coded yet
-    bool is_ready_ = false, is_rendering_ = false, has_rendered_ = false, was_idle_ = true, is_listening_ = false;
+    bool is_ready_ = false, is_rendering_ = false, was_idle_ = true, is_listening_ = false;
     bool is_ending_ = false, has_ended_ = false;
     bool said_coarser_ = false;
     std::exception_ptr problem_;
     asio::thread_pool worker_{1};
-    std::vector<Clock::time_point> restarts_;
+    Restarts restarts_;
     std::optional<RenderChild> child_;  // last: it tells the others
 };
 

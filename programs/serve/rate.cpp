@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace equistream::serve {
@@ -35,11 +36,19 @@ void RateControl::coded(double at_s, std::size_t bytes, double coarser) {
 /// What went out between the oldest look that is remembered and the last one that found more gone. A line that stands
 /// still for a moment says nothing of what it carries: nothing.
 std::optional<double> RateControl::carried_bps() const {
-    const Sent& oldest = sent_.front();
-    const Sent& last = *std::ranges::find(sent_, sent_.back().bytes, &Sent::bytes);
-    if (last.bytes == oldest.bytes)
+    const auto moved = std::ranges::find_if(sent_, [&](const Sent& s) { return s.bytes > sent_.front().bytes; });
+    if (moved == sent_.end())
         return std::nullopt;
-    return 8.0 * double(last.bytes - oldest.bytes) / std::max(1e-3, last.at_s - oldest.at_s);
+    const auto last = std::ranges::find(sent_, sent_.back().bytes, &Sent::bytes);
+    auto oldest = sent_.begin();
+    // The look that finds a line moving again after it stood still may have had a moment of that alone.
+    if (sent_[1].bytes == oldest->bytes) {
+        if (last != moved)
+            oldest = moved;
+        else if (std::next(moved) == sent_.end())
+            return std::nullopt;
+    }
+    return 8.0 * double(last->bytes - oldest->bytes) / std::max(1e-3, last->at_s - oldest->at_s);
 }
 
 void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {

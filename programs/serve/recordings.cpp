@@ -4,7 +4,10 @@
 #include <equistream/error.h>
 #include <equistream/tile_stream.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <map>
 #include <set>
@@ -157,15 +160,36 @@ private:
     double last_sent_s_ = 0;
 };
 
+/// By which a file is told from one that has taken its place.
+struct Identity {
+    dev_t device;
+    ino_t file;
+    off_t bytes;
+    bool operator==(const Identity&) const = default;
+};
+
+Identity identity_of(const std::string& file) {
+    struct stat found {};
+    if (::stat(file.c_str(), &found) != 0)
+        throw WorkError(file + ": " + std::strerror(errno));
+    return {found.st_dev, found.st_ino, found.st_size};
+}
+
 /// A recorded stream of tiles: each viewer gets the tiles that it looks at.
 class TiledRecording : public Programme {
 public:
     explicit TiledRecording(TileRecording recording) : recording_(std::move(recording)) {}
 
-    std::unique_ptr<Feed> open_feed() override { return std::make_unique<TileFeed>(recording_); }
+    std::unique_ptr<Feed> open_feed() override {
+        auto feed = std::make_unique<TileFeed>(recording_);
+        if (identity_of(recording_.file) != identity_)  // its bytes are due at other times
+            throw WorkError(expected_found(recording_.file, "the file that the server began with", "another"));
+        return feed;
+    }
 
 private:
     TileRecording recording_;
+    Identity identity_ = identity_of(recording_.file);
 };
 
 }  // namespace

@@ -144,7 +144,10 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
 const char* const needs_open =
     "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer";
 
+/// Also where nothing else is said of viewers.
 void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_encrypted) {
+    if (log == cli::ProgressStyle::none)
+        log = cli::ProgressStyle::automatic;
     log_note(log, is_encrypted ? "whoever knows the secret and reaches " + url +
                                      " can watch, and steer a scene (docs/security.md)"
                                : "whoever reaches " + url +

@@ -24,13 +24,6 @@ constexpr std::chrono::seconds arriving_patience{10};
 /// Of viewers from one address, but for this machine's.
 constexpr int default_per_address = 4;
 
-/// Where both kinds of addresses are listened to, IPv4's come within IPv6's.
-asio::ip::address unmapped(const asio::ip::address& address) {
-    if (!address.is_v6() || !address.to_v6().is_v4_mapped())
-        return address;
-    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
-}
-
 std::string left_out_text(std::int64_t lines) {
     return std::to_string(lines) + " lines of viewers were left out";
 }
@@ -43,15 +36,6 @@ void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json
 }
 
 }  // namespace
-
-asio::ip::address counted_address(const asio::ip::address& peer) {
-    const asio::ip::address address = unmapped(peer);
-    if (!address.is_v6())
-        return address;
-    auto bytes = address.to_v6().to_bytes();
-    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-    return asio::ip::address_v6(bytes);
-}
 
 struct Server::Arrival {
     std::unique_ptr<Wire> wire;
@@ -151,7 +135,7 @@ void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
         if (arrivals_.erase(arrival) == 0)  // the server has ended meanwhile
             return;
         if (error)
-            return refuse(arrival->address, "it does not know the secret (" + error.message() + ")");
+            return refuse(arrival->address, "it has not shown that it knows the secret (" + error.message() + ")");
         let_in(*arrival);
     });
 }

@@ -1,5 +1,6 @@
 #pragma once
 /// The server: viewers come, are sent the programme and go, a line each on standard error.
+#include "counted_address.h"
 #include "door.h"
 #include "programmes.h"
 #include "viewer.h"
@@ -58,10 +59,6 @@ struct ServerSettings {
     cli::ProgressStyle log = cli::ProgressStyle::automatic;
     std::optional<WebSettings> web{};  ///< browsers come there
 };
-
-/// What a limit by address counts: IPv4's address, also where it comes within IPv6's; of IPv6 the network of 64 bits,
-/// all of whose addresses one machine may have.
-asio::ip::address counted_address(const asio::ip::address& peer);
 
 struct ServerFigures {
     int viewers = 0;

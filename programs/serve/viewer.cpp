@@ -58,6 +58,7 @@ void Viewer::send_due() {
     due_.cancel();
     block_due_s_ = portion.due_s;
     sends_ = true;
+    idle_looks_ = 0;
     write(0, portion.bytes);
 }
 
@@ -90,12 +91,14 @@ void Viewer::watch() {
     watch_.async_wait([self = shared_from_this()](const asio::error_code& error) {
         if (error || self->is_gone_)
             return;
-        const bool waits_for_it = self->sends_ || self->has_all_;
+        // Who has said all and got nothing may have gone: TCP tells that only once something is sent.
+        const bool may_have_gone = self->has_ended_ && self->bytes_sent_ == 0 && !self->sends_;
+        const bool waits_for_it = self->sends_ || self->has_all_ || may_have_gone;
         const bool late = self->sends_ && seconds_since(self->start_) - self->block_due_s_ > self->patience_s_;
         self->idle_looks_ = waits_for_it ? self->idle_looks_ + 1 : 0;
         self->late_looks_ = late ? self->late_looks_ + 1 : 0;
         if (self->idle_looks_ > looks)
-            return self->drop_idle();
+            return may_have_gone ? self->leave("left") : self->drop_idle();
         if (self->late_looks_ > looks)
             return self->leave("dropped", formatted("stayed more than %g s behind", self->patience_s_));
         self->watch();

@@ -7,6 +7,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
@@ -37,7 +38,9 @@ namespace websocket = beast::websocket;
 namespace net = boost::asio;
 using net::ip::tcp;
 using Error = boost::system::error_code;
-using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+/// Read no faster than it is told.
+using PlainStream = beast::basic_stream<tcp, net::any_io_executor, beast::simple_rate_policy>;
+using TlsStream = beast::ssl_stream<PlainStream>;
 
 inline constexpr std::size_t largest_header = 8192;
 /// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
@@ -49,11 +52,11 @@ inline std::string_view name_of(std::string_view host) {
     return host.substr(0, end == std::string_view::npos ? end : end + (host.starts_with('[') ? 1 : 0));
 }
 
-/// Where only this machine is listened to, nobody may come here by another name. Else a stranger's name that leads here
-/// would let the stranger's pages in.
-inline bool is_own_name(std::string_view host) {
+/// Where only this machine is listened to, nobody may come here by another name than its three and that of `address`,
+/// which is listened on. Else a stranger's name that leads here would let the stranger's pages in.
+inline bool is_own_name(std::string_view host, std::string_view address = {}) {
     const std::string_view name = name_of(host);
-    return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
+    return name == "localhost" || name == "127.0.0.1" || name == "[::1]" || (!address.empty() && name == address);
 }
 
 /// Whether a page from this server asks.
@@ -133,8 +136,10 @@ private:
 template <typename Stream>
 class Bridge : public std::enable_shared_from_this<Bridge<Stream>> {
 public:
-    Bridge(websocket::stream<Stream> browser, net::local::stream_protocol::socket server, Crowd::Place place)
-        : browser_(std::move(browser)), server_(std::move(server)), place_(std::move(place)) {}
+    /// `patience`: the server's, with a viewer that does not read.
+    Bridge(websocket::stream<Stream> browser, net::local::stream_protocol::socket server, Crowd::Place place,
+           std::chrono::milliseconds patience)
+        : browser_(std::move(browser)), server_(std::move(server)), patience_(patience), place_(std::move(place)) {}
 
     void start() {
         browser_.binary(true);
@@ -149,11 +154,24 @@ private:
                 return self->end();
             self->has_sent_ = true;
             self->place_.leave();  // the server has let it in, and counts it
-            self->browser_.async_write(net::buffer(self->block_, count), [self](Error failed, std::size_t) {
-                if (failed)
-                    return self->hang_up();
-                self->send();
-            });
+            self->write(count);
+        });
+    }
+
+    /// A browser that does not read it is hung up on. As a rule the server has given up its viewer by then: but what
+    /// the server says is not read meanwhile.
+    void write(std::size_t count) {
+        unread_.expires_after(2 * patience_);
+        unread_.async_wait([weak = this->weak_from_this()](Error cancelled) {
+            const auto self = weak.lock();
+            if (!cancelled && self && self->unread_.expiry() <= std::chrono::steady_clock::now())
+                self->hang_up();
+        });
+        browser_.async_write(net::buffer(block_, count), [self = this->shared_from_this()](Error failed, std::size_t) {
+            self->unread_.cancel();
+            if (failed)
+                return self->hang_up();
+            self->send();
         });
     }
 
@@ -190,6 +208,8 @@ private:
 
     websocket::stream<Stream> browser_;
     net::local::stream_protocol::socket server_;
+    std::chrono::milliseconds patience_;
+    net::steady_timer unread_{browser_.get_executor()};
     std::array<char, 1 << 16> block_;
     beast::flat_buffer heard_;
     bool has_sent_ = false;
@@ -219,7 +239,7 @@ public:
     }
 
 private:
-    static constexpr bool is_encrypted = !std::is_same_v<Stream, beast::tcp_stream>;
+    static constexpr bool is_encrypted = !std::is_same_v<Stream, PlainStream>;
 
     void read() {
         parser_.emplace();
@@ -235,7 +255,7 @@ private:
         const auto request = parser_->release();
         const std::string_view host = view(request[http::field::host]), origin = view(request[http::field::origin]);
         const std::string target(view(request.target()));
-        if (this_machine_alone_ && !is_own_name(host))
+        if (this_machine_alone_ && !is_own_name(host, settings_.address))
             return say(http::status::forbidden, "this server is known as localhost alone\n", request);
         if (websocket::is_upgrade(request)) {
             if (!is_own_page(origin, host))

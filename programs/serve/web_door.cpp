@@ -1,8 +1,10 @@
 #include "web_door.h"
 
+#include "counted_address.h"
 #include "web_connections.h"
 
 #include <client/transport/congestion.h>
+#include <client/transport/received_rate.h>
 #include <equistream/error.h>
 
 #include <boost/asio/ip/host_name.hpp>
@@ -12,7 +14,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <exception>
 #include <fstream>
 #include <future>
@@ -26,22 +27,11 @@ namespace {
 /// Of one message that a viewer sends (docs/stream-format.md, "From the viewer"): a head, and room for what is
 /// appended.
 constexpr std::size_t largest_message = 4096 + 12;
-/// No more come in a second: each costs the processor something.
+/// No more may ask in a second: each costs the processor something. Who is closed at once costs little.
 constexpr std::chrono::milliseconds between_connections{10};
 constexpr std::chrono::seconds last_words{2};
 /// Of a stream, on its way from the server to this door.
 constexpr int waiting_bytes = 1 << 14;
-
-/// IPv4 addresses that IPv6 sockets see are IPv4 addresses; of IPv6 a network of 64 bits counts as one.
-net::ip::address counted_address(const net::ip::address& address) {
-    if (address.is_v4() || address.is_loopback())
-        return address;
-    if (address.to_v6().is_v4_mapped())
-        return net::ip::make_address_v4(net::ip::v4_mapped, address.to_v6());
-    auto bytes = address.to_v6().to_bytes();
-    std::fill(bytes.begin() + 8, bytes.end(), std::uint8_t(0));
-    return net::ip::address_v6(bytes);
-}
 
 }  // namespace
 
@@ -59,6 +49,7 @@ struct WebDoor::Parts {
 
     Parts(WebSettings what, Welcome how) : settings(std::move(what)), welcome(std::move(how)) {}
 
+    std::chrono::milliseconds patience() const { return std::chrono::milliseconds(int(1000 * settings.patience_s)); }
     void listen();
     void accept();
     template <typename Stream>
@@ -105,23 +96,24 @@ void WebDoor::Parts::accept() {
     acceptor.async_accept([this](Error error, tcp::socket socket) {
         if (!acceptor.is_open())
             return;
-        pause.expires_after(between_connections);
+        Error gone;
+        const tcp::endpoint peer = error ? tcp::endpoint() : socket.remote_endpoint(gone);
+        const net::ip::address from = counted_address(peer.address());
+        const bool may_ask = !error && !gone && asking.has_room_for(from);
+        pause.expires_after(may_ask || error ? between_connections : std::chrono::milliseconds(0));
         pause.async_wait([this](Error cancelled) {
             if (!cancelled)
                 accept();
         });
-        Error gone;
-        const tcp::endpoint peer = error ? tcp::endpoint() : socket.remote_endpoint(gone);
-        const net::ip::address from = counted_address(peer.address());
-        if (error || gone || !asking.has_room_for(from))
+        if (!may_ask)
             return;
         socket.set_option(tcp::no_delay(true), gone);
         keep_little_unsent(socket.native_handle());
         use_bbr(socket.native_handle());
         if (tls)
-            hear(TlsStream(beast::tcp_stream(std::move(socket)), *tls), peer, from);
+            hear(TlsStream(PlainStream(std::move(socket)), *tls), peer, from);
         else
-            hear(beast::tcp_stream(std::move(socket)), peer, from);
+            hear(PlainStream(std::move(socket)), peer, from);
     });
 }
 
@@ -137,10 +129,11 @@ void WebDoor::Parts::hear(Stream stream, const tcp::endpoint& peer, const net::i
 template <typename Stream>
 void WebDoor::Parts::let_in(websocket::stream<Stream> browser, http::request<http::empty_body> request,
                             Crowd::Place place, const tcp::endpoint& peer) {
-    const auto patience = std::chrono::milliseconds(int(1000 * settings.patience_s));
     // Pings are answered by whoever reads.
-    browser.set_option(websocket::stream_base::timeout{patience, patience, true});
+    browser.set_option(websocket::stream_base::timeout{patience(), patience(), true});
     browser.read_message_max(largest_message);
+    // The server never hears of pongs and of messages without bytes.
+    beast::get_lowest_layer(browser).rate_policy().read_limit(std::size_t(received_bytes_per_second));
     const auto opening = std::make_shared<websocket::stream<Stream>>(std::move(browser));
     const auto asked = std::make_shared<http::request<http::empty_body>>(std::move(request));
     opening->async_accept(*asked, [this, opening, asked, peer, place = std::move(place)](Error failed) mutable {
@@ -155,7 +148,7 @@ void WebDoor::Parts::let_in(websocket::stream<Stream> browser, http::request<htt
         if (error)
             return;
         own_end.release();
-        std::make_shared<Bridge<Stream>>(std::move(*opening), std::move(own), std::move(place))->start();
+        std::make_shared<Bridge<Stream>>(std::move(*opening), std::move(own), std::move(place), patience())->start();
         welcome(std::move(server_end), peer.address().to_string(), peer.port());
     });
 }

@@ -35,12 +35,12 @@ def pose_message(position, orientation=(1, 0, 0, 0), version=1, kind=1, length=6
 
 
 class LiveServer:
-    def __init__(self, program, scene, folder, *words, port=0):
+    def __init__(self, program, scene, folder, *words, port=0, stderr=None):
         folder = pathlib.Path(folder)
         self.log = folder / "server.log"
         with self.log.open("w") as log:
-            self.process = subprocess.Popen([str(w) for w in [program, "serve", scene, "--listen", f"tcp://:{port}", *words]], stdout=subprocess.PIPE, stderr=log,
-                                            text=True, env={**os.environ, "TMPDIR": str(folder)})
+            self.process = subprocess.Popen([str(w) for w in [program, "serve", scene, "--listen", f"tcp://:{port}", *words]], stdout=subprocess.PIPE,
+                                            stderr=stderr or log, text=True, env={**os.environ, "TMPDIR": str(folder)})
         first = self.process.stdout.readline()
         if "tcp://127.0.0.1:" not in first:
             self.close()

@@ -5,6 +5,7 @@ usage: live_test.py BIN_DIR [test ...]
 
 import json
 import math
+import os
 import pathlib
 import shutil
 import signal
@@ -43,8 +44,9 @@ class Live(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(dir=self.root))
 
-    def serve(self, *words, spp=1):
-        server = LiveServer(PROGRAMS.folder / "equistream", self.scene, self.folder, "--host", self.host, "--size", f"{WIDTH}x{HEIGHT}", "--spp", spp, *words)
+    def serve(self, *words, spp=1, stderr=None):
+        server = LiveServer(PROGRAMS.folder / "equistream", self.scene, self.folder, "--host", self.host, "--size", f"{WIDTH}x{HEIGHT}", "--spp", spp, *words,
+                            stderr=stderr)
         self.addCleanup(server.close)
         return server
 
@@ -276,6 +278,43 @@ class Embree(Live):
         self.assertEqual(indices, sorted(set(indices)))
         self.assertGreaterEqual(indices[-1], last)
 
+    def test_a_renderer_that_dies_before_anybody_comes_is_started_again(self):
+        server = self.serve()
+        subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
+        wait_for(lambda: "it is started again" in server.log.read_text(), "it to say so")
+        viewer = Viewer(server)
+        viewer.wait_for_more(2)
+        self.assertEqual(server.end()[0], 0)
+        viewer.wait_for_end()
+
+    def test_the_renderer_has_a_group_of_its_own_and_no_sockets(self):
+        """The server passes on what a terminal sends. A socket that outlives the server would keep its address."""
+        server = self.serve()
+        renderer = server.renderer()
+        self.assertNotEqual(os.getpgid(renderer), os.getpgid(server.process.pid))
+        files = [os.readlink(file) for file in pathlib.Path(f"/proc/{renderer}/fd").iterdir()]
+        self.assertGreater(len(files), 2)
+        self.assertEqual([file for file in files if file.startswith("socket:")], [])
+        self.assertEqual(server.end()[0], 0)
+
+    def test_whoever_reads_the_log_may_leave(self):
+        """Of a live stream, and then of its recording."""
+        reader, log = os.pipe()
+        os.close(reader)
+        self.addCleanup(os.close, log)
+        out = self.folder / "all.mkv"
+
+        def visit(server):
+            viewer = Viewer(server)
+            wait_for(lambda: viewer.clusters() > 0, "its first cluster")
+            viewer.leave()
+            self.assertEqual(server.end()[0], 0)
+
+        visit(self.serve("--out", out, stderr=log))
+        recorded = LiveServer(PROGRAMS.folder / "equistream", out, self.folder, stderr=log)
+        self.addCleanup(recorded.close)
+        visit(recorded)
+
     def test_the_renderer_ends_with_the_server(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGKILL):
             server = self.serve()
@@ -301,6 +340,16 @@ class Embree(Live):
         samples = [frame["samples_per_pixel"] for frame in self.received(viewer).frames]
         self.assertEqual(samples[:6], [1, 1, 2, 2, 4, 4])
         self.assertEqual(samples[-1], 4)
+
+    def test_it_is_coded_coarser_for_a_limit(self):
+        server = self.serve("--mbit", 0.01, "--json")
+        viewer = Viewer(server)
+        viewer.wait_for_more(12)
+        status, printed = server.end()
+        viewer.wait_for_end()
+        self.assertEqual(status, 0)
+        self.assertGreater(json.loads(printed)["live"]["crf"], 24)
+        self.assertRegex(server.log.read_text(), r"for --mbit 0\.01 the stream is coded with CRF \d+ instead of 16\n")
 
     def test_it_says_where_one_sample_is_too_slow(self):
         server = self.serve("--rate", 1000, spp=64)

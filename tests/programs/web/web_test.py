@@ -1,15 +1,18 @@
 """The page that shows streams in a browser, in a real headless Chromium.
 
-usage: web_test.py BIN_DIR [Accuracy | Streams | Headset | Serve]
+usage: web_test.py BIN_DIR [Accuracy | Streams | Gallery | Failures | Headset | Serve]
 """
 
 import base64
+import contextlib
 import hashlib
 import http.client
 import json
 import math
+import os
 import pathlib
 import random
+import re
 import shutil
 import socket
 import ssl
@@ -17,6 +20,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -27,10 +31,14 @@ from chromium import Chromium, Folder, find_chromium  # noqa: E402
 from independent import *  # noqa: E402,F403
 
 PROGRAMS = Programs(sys.argv.pop(1))
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 PAGE = PROGRAMS.folder.parent / "share" / "equistream" / "web.html"
 IPD = 0.063
 SIZE = (640, 360)
 FRAMES = 4
+LONG = 45  # frames of two groups
+FRAME_DATA = bytes.fromhex("69c48036513347848093ec66a7475119")
+MAIN, SMALL, DEPTH = 0, 1, 2  # roles (docs/stream-format.md, "Frame data")
 
 # The page hands pixels over as text.
 LOOK = """equistream.look(%s).then(pixels => {
@@ -57,6 +65,11 @@ def rotated(q, v):
 # along so many outlines that shows.
 HEADS = [((0, 0, 0), 0, 0, 0.999), ((0.06, 0.02, -0.03), 40, -10, 0.999), ((-0.07, 0, 0.04), 170, 20, 0.999),
          ((0.03, -0.05, 0.02), -80, 60, 0.99)]
+
+
+def pictures_of(stream, role):
+    """Where the frame data of a role's pictures begin, in the order they lie in the file."""
+    return [found.start() for found in re.finditer(re.escape(FRAME_DATA), stream) if stream[found.start() + 20] == role]
 
 
 def setUpModule():
@@ -227,7 +240,17 @@ class Streams(Web):
     def test_a_headset_without_a_stream_is_told_so(self):
         self.open("")
         self.browser.evaluate("document.getElementById('headset').click(); equistream.drawHeadset(0, [], null, null)")
-        self.assertEqual(self.said(), "open a stream first")
+        self.assertEqual(self.said("note"), "open a stream first")
+
+    def test_buttons_without_a_stream_do_nothing(self):
+        self.open("")
+        self.browser.evaluate("document.getElementById('pause').click()")
+        self.assertEqual(self.browser.console, [])
+
+    def test_an_address_that_is_none_ends_loading(self):
+        self.open("live=stream%23x")
+        self.browser.wait_for("document.getElementById('problem').textContent")
+        self.assertTrue(self.browser.evaluate("document.getElementById('loading').hidden"))
 
     def test_tilting_a_turned_device_keeps_the_horizon_level(self):
         """A tablet held upright is turned a quarter to the left, and half a radian is dragged upwards."""
@@ -307,6 +330,148 @@ class Streams(Web):
                 self.assertEqual(self.browser.console, [], f"trial {trial} of {file.name}: {self.said()}")
                 self.assertNotIn("\n", self.said())
 
+    def long_stream(self, name, *words):
+        frames = self.root / "long"
+        if not frames.exists():
+            PROGRAMS.run("render", self.scene, "--frames", f"0-{LONG - 1}", "--size", "128x64", "--spp", 1, "--progress", "none", "--out", frames)
+        return self.encode(name, "--depth", "pece420", "--depth-scale", 1, *words, frames=frames)
+
+    def with_hole(self, file, role):
+        """The first key picture of a track is none any more, as its decoder sees it."""
+        damaged = bytearray(file.read_bytes())
+        key = damaged.index(b"\x65\x88", pictures_of(damaged, role)[0])
+        damaged[key] = 0x41
+        (self.root / f"hole{file.suffix}").write_bytes(damaged)
+        return self.root / f"hole{file.suffix}"
+
+    def test_without_a_sound_key_frame_there_is_a_line(self):
+        for file in (self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1), self.long_stream("one_group.mkv", "--gop", 100)):
+            self.assertIn("expected pictures that can be decoded from a key frame on", self.problem_of(f"src={self.with_hole(file, MAIN).name}"))
+
+    def test_what_ended_the_bytes_is_said_first(self):
+        file = self.with_hole(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1), MAIN)
+        file.write_bytes(file.read_bytes() + b"\xff\xff\xff\xffmoof" + bytes(16))
+        self.open(f"src={file.name}")
+        self.browser.wait_for("equistream.player.isExhausted")
+        self.assertIn("expected a box of at most", self.said())
+
+    def test_holes_in_long_groups_hold_nothing_up(self):
+        for role in (MAIN, DEPTH):
+            self.open(f"src={self.with_hole(self.long_stream('long.mkv', '--gop', 30), role).name}")
+            self.browser.wait_for("(globalThis.turns ??= new Set()).add(equistream.player.maker.generation) && turns.size > 2")
+            self.browser.wait_for("equistream.player.shown?.index >= 30 && equistream.player.shown.main.distances")
+            self.assertEqual(self.said(), "")
+
+    def test_a_depth_track_that_ends_early_is_waited_for_no_more(self):
+        damaged = bytearray(self.long_stream("long.mkv", "--gop", 30).read_bytes())
+        for at in pictures_of(damaged, DEPTH)[10:]:
+            damaged[at + 20] = SMALL
+        (self.root / "short_depth.mkv").write_bytes(damaged)
+        self.open("src=short_depth.mkv")
+        self.browser.wait_for("equistream.player.shown?.index === 5 && equistream.player.shown.main.distances")
+        self.browser.wait_for(f"equistream.player.shown?.index === {LONG - 1} && !equistream.player.shown.main.distances")
+
+    def test_few_frames_are_ready_at_once(self):
+        self.open_stream(self.long_stream("long.mkv", "--gop", 30))
+        self.browser.evaluate("equistream.player.seek(0); globalThis.most = 0")
+        self.browser.wait_for("most = Math.max(most, equistream.player.ready.length + equistream.player.maker.whole.length), "
+                              f"equistream.player.shown?.index === {LONG - 1}")
+        self.assertLess(self.browser.evaluate("most"), 12)
+
+    def test_a_picture_that_says_nothing_of_itself_is_left_out_alone(self):
+        damaged = bytearray(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes())
+        key = pictures_of(damaged, MAIN)[0]
+        damaged[key + 16:key + 18] = b"\xff\xff"  # its version
+        (self.root / "unsaid.mp4").write_bytes(damaged)
+        self.open("src=unsaid.mp4")
+        self.browser.wait_for("equistream.times.firstPicture")
+        self.watch_taken("player.seek(0);")
+        self.browser.wait_for(f"taken.length >= {2 * (FRAMES - 1)}")
+        self.assertEqual(self.browser.evaluate(f"taken.slice(0, {2 * (FRAMES - 1)})"), 2 * list(range(1, FRAMES)))
+        self.assertIn("expected version 1", self.said("note"))
+        self.assertEqual(self.said(), "")
+
+    def test_a_stream_that_was_cut_plays_and_is_said_to_be(self):
+        for file in (self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1),
+                     self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1)):
+            whole = file.read_bytes()
+            third = pictures_of(whole, MAIN)[2]
+            (self.root / f"cut{file.suffix}").write_bytes(whole[:third + 300])
+            self.open(f"src=cut{file.suffix}")
+            self.browser.wait_for("equistream.times.firstPicture")
+            self.browser.wait_for("document.getElementById('note').textContent")
+            self.assertRegex(self.said("note"), r": main (was cut after frame \d \(2 |lacks 2 of 4 pictures)")
+            self.assertEqual(self.said(), "")
+
+    def test_a_time_that_is_damaged_stops_nothing(self):
+        whole = self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes()
+        (self.root / "late.mp4").write_bytes(whole.replace(struct.pack("<d", 1 / 30), struct.pack("<d", 1.23456789e9 + 1 / 3)))
+        self.open_stream(self.root / "late.mp4")
+        self.watch_taken("player.seek(0);")
+        self.browser.wait_for(f"taken.length >= {3 * FRAMES}")
+        self.assertEqual(self.browser.evaluate(f"taken.slice(0, {2 * FRAMES})"), 2 * list(range(FRAMES)))
+        self.assertLess(self.browser.evaluate("equistream.player.length"), 1)
+
+    def test_one_frame_is_decoded_once(self):
+        self.open_stream(self.encode("one.mkv", "--depth", "pece420", "--depth-scale", 1, "--frames", "0-0"))
+        self.browser.wait_for("equistream.player.recording.isFinished && equistream.player.shown")
+        before = self.browser.evaluate("equistream.player.maker.generation")
+        self.browser.evaluate("new Promise(resolve => setTimeout(resolve, 500))")
+        self.assertEqual(self.browser.evaluate("equistream.player.maker.generation"), before)
+
+    def test_notes_stand_beside_each_other(self):
+        damaged = bytearray(self.encode("w12.mkv", "--depth", "w12").read_bytes())
+        second = pictures_of(damaged, MAIN)[1]
+        damaged[second + 16:second + 18] = b"\xff\xff"
+        (self.root / "two_notes.mkv").write_bytes(damaged)
+        self.open_stream(self.root / "two_notes.mkv")
+        self.assertIn("encode --depth pece420", self.said("note"))
+        self.assertIn("expected version 1", self.said("note"))
+
+    def test_a_second_track_that_says_it_is_main_is_left_out(self):
+        damaged = bytearray(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes())
+        damaged[pictures_of(damaged, DEPTH)[1] + 20] = MAIN
+        (self.root / "two_mains.mp4").write_bytes(damaged)
+        self.open_stream(self.root / "two_mains.mp4")
+        self.assertIn("a second track of main is left out", self.said("note"))
+        self.assertEqual(self.browser.evaluate("equistream.player.recording.packets.get('main').length"), FRAMES)
+
+    def test_what_the_helper_keeps_of_a_frame_goes_with_it(self):
+        """Also where its window is of no use, and where the stream was closed meanwhile."""
+        frames = self.root / "seen"
+        PROGRAMS.run("render", self.scene, "--frames", f"0-{FRAMES - 1}", "--window", "gaze,70x50", "--size", "256x128", "--density", 768,
+                     "--spp", 4, "--progress", "none", "--out", frames)
+        file = self.encode("window.mkv", "--depth", "pece420", "--depth-scale", 1, frames=frames)
+        self.open("")
+        asked = self.browser.evaluate("""(async () => {
+            const whole = new Uint8Array(await (await fetch(%s)).arrayBuffer()), asked = {depth: 0, forget: 0};
+            const helper = {ask(order, words) {
+                ++asked[order];
+                return equistream.helper.ask(order, words);
+            }};
+            const problems = [], Player = equistream.openFile(new File([], "none")) && equistream.player.constructor;
+            const player = new Player(helper, "moved", {isLive: false, onNote: text => problems.push(text),
+                                                        onProblem: error => problems.push(error.message)});
+            const take = player.reader.onPacket;
+            player.reader.onPacket = packet => {
+                if (packet.role.startsWith("window"))
+                    packet.info.pose = {...packet.info.pose, position: [1, 2, 3]};
+                take(packet);
+            };
+            player.push(whole);
+            player.end();
+            const first = player.maker.generation;
+            while (player.maker.generation < first + 3 && problems.length === 0) {
+                player.advance(0.02);
+                player.forgetLeft([]);
+                await new Promise(resolve => setTimeout(resolve, 5));
+            }
+            player.close();
+            await new Promise(resolve => setTimeout(resolve, 500));
+            return {problems, windows: asked.depth > 8, left: asked.depth - asked.forget};
+        })()""" % json.dumps(file.name))
+        self.assertEqual(asked, {"problems": [], "windows": True, "left": 0})
+
     def test_samples_without_bytes_are_refused(self):
         damaged = bytearray(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes())
         run = damaged.index(b"trun") + 4
@@ -353,6 +518,20 @@ class Streams(Web):
         })()""" % (json.dumps(file.name), FRAMES - 1))
         self.assertEqual(unseen, {"problems": [], "ready": 1, "passed": FRAMES - 1})
 
+    def test_a_live_stream_that_ends_without_a_picture_says_so(self):
+        file = self.with_hole(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1), MAIN)
+        self.open_stream(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1))
+        problem = self.browser.evaluate("""(async () => {
+            const whole = new Uint8Array(await (await fetch(%s)).arrayBuffer());
+            return new Promise(resolve => {
+                const player = new equistream.player.constructor(equistream.helper, "live", {
+                    isLive: true, onNote() {}, onProblem: error => resolve(error.message)});
+                player.push(whole);
+                player.end();
+            });
+        })()""" % json.dumps(file.name))
+        self.assertIn("live: expected pictures that can be decoded from a key frame on", problem)
+
     def test_the_page_connects_to_its_own_host_alone(self):
         self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
         for script in ("fetch('http://127.0.0.2:9/').then(() => 'let through', error => String(blocked))",
@@ -366,6 +545,76 @@ class Streams(Web):
                 await new Promise(resolve => setTimeout(resolve, 100));
                 return String(blocked);
             })()""" % script))
+
+
+class Gallery(Web):
+    """The folder that docs/site/gallery.sh makes plays from any web host."""
+
+    def test_each_scene_plays(self):
+        settings = {"FRAMES": "0-2", "SPHERE": "128x64", "SPP": "1"}
+        subprocess.run([ROOT / "docs/site/gallery.sh", self.root / "gallery"], check=True, stdout=subprocess.DEVNULL, env={
+            **os.environ, "PATH": f"{PROGRAMS.folder}:{os.environ['PATH']}",
+            **{f"EQUISTREAM_GALLERY_{name}": value for name, value in settings.items()}})
+        self.browser.open(f"{self.folder.url}gallery/index.html")
+        pages = self.browser.evaluate("[...document.querySelectorAll('a')].map(link => link.href)")
+        self.assertEqual(len(pages), 3)
+        self.assertEqual(self.browser.evaluate("[...document.images].map(image => image.naturalWidth)"), 3 * [640])
+        for page in pages:
+            self.browser.open(page)
+            self.browser.wait_for("equistream.times.firstPicture && equistream.player.shown?.main.distances")
+            self.assertEqual((self.said(), self.said("note")), ("", ""))
+
+
+class Failures(Web):
+    """What the browser may refuse on the way is said, and what can go on goes on. Each in a browser of its own."""
+
+    setUpClass = tearDownClass = classmethod(lambda cls: None)
+
+    def setUp(self):
+        self.browser = Chromium()
+        self.addCleanup(self.browser.close)
+
+    # Those that a script may end, or make throw.
+    DECODERS = """
+        globalThis.made = [];
+        globalThis.refused = 0;
+        globalThis.VideoDecoder = class extends VideoDecoder {
+            constructor(init) {
+                super(init);
+                made.push([this, init]);
+            }
+            decode(chunk) {
+                if (globalThis.refuses-- > 0 && ++refused)
+                    throw new DOMException("no key frame", "DataError");
+                super.decode(chunk);
+            }
+        };
+    """
+
+    def go_on(self):
+        self.browser.evaluate("globalThis.turns = new Set()")
+        self.browser.wait_for("turns.add(equistream.player.maker.generation) && turns.size > 2 && equistream.player.shown?.main.distances")
+
+    def test_decoders_that_fail(self):
+        self.browser.before_pages(self.DECODERS)
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.go_on()
+        self.browser.evaluate("made[1][0].close(), made[1][1].error(new DOMException('damaged', 'EncodingError'))")
+        self.go_on()
+        self.assertIn("depth track: this browser cannot decode it (damaged)", self.said("note"))
+        self.assertEqual(self.said(), "")
+        self.browser.evaluate("globalThis.refuses = 1")
+        self.go_on()
+        self.assertEqual(self.browser.evaluate("refused"), 1)
+        self.assertIn("(no key frame)", self.said() + self.said("note"))
+
+    def test_a_worker_that_does_not_start(self):
+        self.browser.before_pages("""globalThis.Worker = class {
+            constructor() { setTimeout(() => this.onerror(new Event("error"))); }
+            postMessage() {}
+        };""")
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.assertIn("beside the page: the browser has ended it", self.said("note"))
 
 
 # A headset that does what a script says: globalThis.headset has its head and where its eyes are.
@@ -469,9 +718,9 @@ def multiplied(p, q):
 class Serve(Web):
     """`serve --web` hands out the page, streams to it, and hears where its head is."""
 
-    def serve(self, *words, web="0"):
+    def serve(self, *words, web="0", stderr=None):
         server = subprocess.Popen([PROGRAMS.folder / "equistream", "serve", *map(str, words), "--web", web, "--json",
-                                   "--progress", "none"], stdout=subprocess.PIPE, text=True)
+                                   "--progress", "none"], stdout=subprocess.PIPE, stderr=stderr, text=True)
         self.addCleanup(server.wait)
         self.addCleanup(server.kill)
         self.said_first = json.loads(server.stdout.readline())
@@ -480,6 +729,25 @@ class Serve(Web):
     def end(self, server):
         server.terminate()
         return json.loads(server.stdout.read().splitlines()[-1])
+
+    def connected(self, url, **buffers):
+        """To the server; the connection stays."""
+        host, port = url.removeprefix("http://").rstrip("/").split(":")
+        connection = socket.socket()
+        self.addCleanup(connection.close)
+        connection.settimeout(30)
+        for name, size in buffers.items():
+            connection.setsockopt(socket.SOL_SOCKET, getattr(socket, name), size)
+        connection.connect((host, int(port)))
+        return connection
+
+    def asking(self, url, **buffers):
+        """For an upgrade, as the server's page does."""
+        connection = self.connected(url, **buffers)
+        host = url.removeprefix("http://").rstrip("/")
+        connection.sendall(f"GET /stream HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+                           "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode())
+        return connection
 
     def test_a_recording(self):
         server, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1))
@@ -500,24 +768,15 @@ class Serve(Web):
 
     def test_those_that_find_no_room_count_until_they_have_gone(self):
         _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--viewers", 1)
-        host, port = url.removeprefix("http://").rstrip("/").split(":")
-
-        def connected():
-            """To this server, asking for an upgrade as its page does; the connection stays."""
-            connection = socket.create_connection((host, int(port)), 30)
-            self.addCleanup(connection.close)
-            connection.sendall(f"GET /stream HTTP/1.1\r\nHost: {host}:{port}\r\nOrigin: http://{host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
-                               "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode())
-            return connection
 
         def answer():
             try:
-                return connected().recv(12)
+                return self.asking(url).recv(12)
             except ConnectionError:
                 return b""
 
         self.assertEqual(answer(), b"HTTP/1.1 101")  # the one that there is room for
-        with connected().makefile("rb") as refused:
+        with self.asking(url).makefile("rb") as refused:
             while refused.readline().strip():
                 pass
             opcode, length, code = struct.unpack(">BBH", refused.read(4))
@@ -526,6 +785,108 @@ class Serve(Web):
         for _ in range(63):
             self.assertEqual(answer(), b"HTTP/1.1 101")  # said "no room" then, and waited for
         self.assertEqual(answer(), b"")
+
+    def test_those_that_find_no_room_keep_nobody_waiting(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1))
+
+        def is_turned_away():
+            with self.connected(url) as one:
+                return one.recv(1) == b""
+
+        silent = [self.connected(url) for _ in range(64)]
+        self.assertTrue(is_turned_away())
+        start = time.monotonic()
+        for _ in range(1000):
+            self.connected(url).close()
+        self.assertTrue(is_turned_away())  # after all that came before
+        self.assertLess(time.monotonic() - start, 5)
+        for one in silent:
+            one.close()
+
+        def is_let_in():
+            with contextlib.suppress(OSError, http.client.HTTPException):
+                return self.status(url) == 302
+
+        wait_until(is_let_in, "the page", 30)
+
+    def test_a_hundred_a_second_may_ask(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1))
+        start = time.monotonic()
+        asking = [self.connected(url) for _ in range(50)]
+        for one in asking:
+            one.sendall(f"GET / HTTP/1.1\r\nHost: {url.removeprefix('http://').rstrip('/')}\r\n\r\n".encode())
+        for one in asking:
+            self.assertEqual(one.recv(12), b"HTTP/1.1 302")
+        self.assertGreater(time.monotonic() - start, 0.48)
+
+    def test_who_has_become_a_viewer_asks_no_more(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--viewers", 100)
+        for _ in range(70):
+            with self.asking(url).makefile("rb") as viewer:
+                self.assertEqual(viewer.read(12), b"HTTP/1.1 101")
+                while viewer.readline().strip():
+                    pass
+                self.assertEqual(len(viewer.read(4)), 4)  # of the stream
+
+    def test_one_that_was_dropped_keeps_nothing_open(self):
+        server, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--patience", 1)
+
+        def sockets():
+            count = 0
+            for file in pathlib.Path(f"/proc/{server.pid}/fd").iterdir():
+                with contextlib.suppress(OSError):  # it has been closed meanwhile
+                    count += os.readlink(file).startswith("socket:")
+            return count
+
+        before = sockets()
+        one = self.asking(url, SO_RCVBUF=4096)
+        self.assertEqual(one.recv(12), b"HTTP/1.1 101")
+
+        def is_closed():
+            with contextlib.suppress(OSError):
+                one.sendall(b"\x8a\x80\0\0\0\0")  # a pong that nobody asked for: it is there
+            return sockets() == before
+
+        wait_until(lambda: sockets() > before, "it to come", 30)
+        wait_until(is_closed, "its sockets to go", 60)
+        self.assertEqual(self.end(server)["viewers"], 1)
+
+    def test_what_a_browser_sends_is_read_slowly(self):
+        """Also what the server never hears of."""
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop")
+        one = self.asking(url, SO_SNDBUF=65536)
+        self.assertEqual(one.recv(12), b"HTTP/1.1 101")
+        one.setblocking(False)
+        pongs, sent, end = 500 * (b"\x8a\xfd" + bytes(4 + 125)), 0, time.monotonic() + 3
+        while time.monotonic() < end:
+            try:
+                sent += one.send(pongs[sent % len(pongs):])
+            except BlockingIOError:
+                time.sleep(0.001)
+            self.assertLess(sent, 2 << 20)  # systems on the way keep some of it
+        self.assertGreater(sent, 1 << 16)
+
+    def test_what_is_too_large_is_refused(self):
+        _, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop")
+
+        def answer(more):
+            with contextlib.suppress(ConnectionError):
+                one = self.connected(url)
+                one.sendall(f"GET / HTTP/1.1\r\nHost: {url.removeprefix('http://').rstrip('/')}\r\n{more}".encode())
+                return one.recv(12)
+            return b""
+
+        self.assertEqual(answer(f"A: {7000 * 'a'}\r\n\r\n"), b"HTTP/1.1 302")
+        self.assertEqual(answer(f"A: {9000 * 'a'}\r\n\r\n"), b"")
+        self.assertEqual(answer("Content-Length: 5\r\n\r\nhello"), b"")
+
+        viewer = self.asking(url)
+        self.assertEqual(viewer.recv(12), b"HTTP/1.1 101")
+        viewer.sendall(struct.pack(">BBH", 0x82, 0x80 | 126, 4109) + bytes(4))  # the head of a message
+        last, end = b"", time.monotonic() + 30
+        while time.monotonic() < end and (block := viewer.recv(65536)):
+            last = (last + block)[-4:]
+        self.assertEqual(last, struct.pack(">BBH", 0x88, 2, 1009))  # closed; "message too big"
 
     def test_a_scene(self):
         server, url = self.serve(self.scene, "--size", "128x64", "--spp", 1)
@@ -563,6 +924,15 @@ class Serve(Web):
         self.assertEqual(self.status(url, **upgrade), 403)
         self.assertEqual(self.status(url, **upgrade, Origin="http://evil.example"), 403)
         self.assertEqual(self.status(url, **upgrade, Origin=f"http://{host}"), 101)
+        _, other = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), web="127.0.0.2:0")
+        self.assertEqual(self.status(other), 302)  # by the address that it listens on
+        self.assertEqual(self.status(other, Host="127.0.0.3"), 403)
+
+    def test_it_says_who_can_come(self):
+        server, _ = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--open", web="0.0.0.0:0", stderr=subprocess.PIPE)
+        self.end(server)
+        said = server.stderr.read().splitlines()
+        self.assertEqual(["the page of --web 0.0.0.0:0" in line for line in said], [True])
 
     def test_https_for_those_who_know_the_secret(self):
         """The certificate is checked as a client checks one that it trusts, and in Chromium as its user does who goes on."""

@@ -2,6 +2,7 @@
 #include <client/transport/address.h>
 #include <client/transport/secret.h>
 #include <client/transport/server_connection.h>
+#include <client/transport/srt_line.h>
 #include <client/transport/srt_wire.h>
 #include <client/transport/wire.h>
 #include <tests/unit/plugin/stream/synthetic.h>
@@ -278,11 +279,12 @@ TEST_P(EncryptedConnections, WhoeverReadsLateGetsAll) {
 TEST(SrtConnections, WhoeverReadsMuchTooLateIsCutOff) {
     Answering server(secret_context(secret, TlsRole::server), long_answer(40'000'000), Answering::End::says_so,
                      Scheme::srt);
+    auto ended = server.ended();
     PoseSender poses;
     ServerConnection connection(server.address(secret), &poses, {});
     EXPECT_TRUE(poses.send(pose_at(1)));
     server.heard().get();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    ASSERT_EQ(ended.wait_for(std::chrono::seconds(60)), std::future_status::ready);
     std::vector<std::uint8_t> block(200'000);
     EXPECT_THROW(while (connection.read(block) > 0);, WorkError);
 }
@@ -374,6 +376,21 @@ TEST(TcpSockets, AreImpatientAndSendAtOnce) {
     EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPINTVL), 2);
     EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 10'000);
     EXPECT_EQ(option(IPPROTO_TCP, TCP_NOTSENT_LOWAT), 1 << 14);
+}
+
+TEST(SrtSockets, WaitTwiceAsLongAsWhoeverUsesThem) {
+    const auto started = SrtReactor::get();  // the library
+    const auto idle_ms = [](double patience_s) {
+        const SRTSOCKET socket = make_srt_socket(patience_s, 1);
+        int value = -1, size = int(sizeof value);
+        EXPECT_EQ(srt_getsockflag(socket, SRTO_PEERIDLETIMEO, &value, &size), 0);
+        srt_close(socket);
+        return value;
+    };
+    EXPECT_EQ(idle_ms(10), 20'000);
+    EXPECT_EQ(idle_ms(0.5), 1'000);
+    EXPECT_EQ(idle_ms(0.01), 100);
+    EXPECT_EQ(idle_ms(1e9), 2'000'000);
 }
 
 TEST(TlsConnections, WhatIsSaidAfterTheEndIsReadSlowly) {

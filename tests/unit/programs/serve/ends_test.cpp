@@ -1,5 +1,5 @@
-/// A viewer that reads slowly gets every block whole. A renderer that does not do what it should, played by a shell, is
-/// heard of in time and ended.
+/// A viewer that reads slowly gets every block whole, and one that leaves is noticed. A renderer that does not do what
+/// it should, played by a shell, is heard of in time and ended.
 #include <programs/serve/children.h>
 #include <programs/serve/viewer.h>
 
@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -101,6 +102,45 @@ TEST(Viewers, WhoHasSaidAllGetsAllTheSame) {
     reading.join();
     EXPECT_EQ(got.size(), std::size_t(blocks) << 16);
     EXPECT_EQ(how, "has all");
+}
+
+struct Silent : Feed {
+    Portion next(std::span<char>, double) override { return {}; }
+};
+
+/// A scene's first sphere may take long, and a seat is a seat.
+TEST(Viewers, WhoLeavesBeforeAnythingCameIsNoticed) {
+    asio::io_context io;
+    asio::ip::tcp::acceptor acceptor(io, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+    const auto come = [&](asio::ip::tcp::socket& reader, std::string& how) {
+        asio::ip::tcp::socket served(io);
+        reader.connect(acceptor.local_endpoint());
+        acceptor.accept(served);
+        const auto viewer =
+            std::make_shared<Viewer>(io.get_executor(), tcp_wire(std::move(served)), std::make_unique<Silent>(), 0.2);
+        viewer->start([&how](const std::string& as, const std::string&) { how = as; });
+        return viewer;
+    };
+    asio::ip::tcp::socket leaving(io), waiting(io);
+    std::string how_left, how_waited;
+    come(leaving, how_left);
+    const auto waits = come(waiting, how_waited);
+    leaving.close();
+    io.run_for(std::chrono::seconds(2));
+    EXPECT_EQ(how_left, "left");
+    EXPECT_EQ(how_waited, "");
+    waits->stop();
+    io.run_for(std::chrono::seconds(5));
+}
+
+TEST(Restarts, AreThreeAnHour) {
+    Restarts restarts;
+    const Clock::time_point start = Clock::now();
+    for (int i = 0; i < 3; ++i)
+        EXPECT_TRUE(restarts.allows(start)) << i;
+    EXPECT_FALSE(restarts.allows(start));
+    EXPECT_FALSE(restarts.allows(start + std::chrono::seconds(3599)));
+    EXPECT_TRUE(restarts.allows(start + std::chrono::seconds(3601)));
 }
 
 TEST(RenderChildren, GetOrdersWholeAndSayWhatTheyRendered) {

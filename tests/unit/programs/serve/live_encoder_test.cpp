@@ -1,5 +1,6 @@
 /// Where a live stream's groups begin, how coarse its pictures are, and that it keeps no frames.
 #include <equistream/sequence.h>
+#include <equistream/window.h>
 #include <programs/serve/live_encoder.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
@@ -17,15 +18,18 @@ namespace equistream::serve {
 namespace {
 
 /// What a renderer leaves: all of it 10 m away but for one pixel.
-std::string rendered(const synthetic::Folder& folder, std::int64_t index, float nearest_m) {
+std::string rendered(const std::filesystem::path& file, const FrameInfo& info, float nearest_m) {
+    const int width = width_of(info.camera), height = height_of(info.camera);
     Frame frame;
-    frame.info = synthetic::info(192, 96, index);
-    frame.planes["colour"] = FloatImage(192, 96, 4, 0.2f);
-    frame.planes["depth"] = FloatImage(192, 96, 1, 10.0f);
+    frame.info = info;
+    frame.planes["colour"] = FloatImage(width, height, 4, 0.2f);
+    frame.planes["depth"] = FloatImage(width, height, 1, 10.0f);
     *frame.planes["depth"].pixel(50, 40) = nearest_m;
-    const std::filesystem::path file = folder / "frame.exr";
     write_exr(file, frame);
     return file.string();
+}
+std::string rendered(const synthetic::Folder& folder, std::int64_t index, float nearest_m) {
+    return rendered(folder / "frame.exr", synthetic::info(192, 96, index), nearest_m);
 }
 
 LiveCoding quick() {
@@ -68,6 +72,33 @@ TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     EXPECT_EQ((crf[{TrackRole::depth, 43}]), 26) << "depth gives way after 12 steps";
     EXPECT_EQ((crf[{TrackRole::main, 44}]), 51);
     EXPECT_EQ((crf[{TrackRole::depth, 44}]), 39);
+}
+
+TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
+    const synthetic::Folder folder;
+    LiveEncoder encoder(quick());
+    const WindowGrid grid{768, 384, 192, 96};
+    std::string all;
+    for (std::int64_t index = 0; index < 2; ++index) {
+        FrameInfo of_window = synthetic::info(grid.width, grid.height, index);
+        of_window.camera = window_camera(grid, {288, 144});
+        const std::string window = rendered(folder / "window.exr", of_window, 4);
+        const auto coded =
+            encoder.encode(rendered(folder, index, 4), window, false, index > 0 ? 18 : 0, double(index) / 30);
+        EXPECT_FALSE(std::filesystem::exists(window));
+        all += coded.header + coded.bytes;
+    }
+    all += encoder.finish();
+    std::ofstream(folder / "a.mkv", std::ios::binary) << all;
+    StreamReader reader((folder / "a.mkv").string());
+    std::map<std::pair<TrackRole, std::int64_t>, float> crf;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        crf[{picture.role, picture.info->index}] = picture.info->crf.value();
+    EXPECT_EQ(reader.truncation(), "");
+    EXPECT_EQ((crf[{TrackRole::window, 1}]), 38);
+    EXPECT_EQ((crf[{TrackRole::main, 1}]), 26);
+    EXPECT_EQ((crf[{TrackRole::window_depth, 1}]), 26);
+    EXPECT_EQ((crf[{TrackRole::depth, 1}]), 20);
 }
 
 TEST(LiveEncoders, BeginGroupsNoFasterHoweverManyCome) {

@@ -98,6 +98,17 @@ TEST(LiveStreams, AreNotSteeredByWhoOnlyLooks) {
     EXPECT_FALSE(stream.steering()) << "its echo stays nowhere";
 }
 
+/// The line that a stream is fitted to is that of whoever steers.
+TEST(LiveStreams, TellHowTheViewerThatSteersKeepsUp) {
+    LiveStream stream([] {});
+    EXPECT_FALSE(stream.delivery());
+    const auto first = stream.open_feed(), second = stream.open_feed();
+    EXPECT_EQ(stream.delivery()->first, 1) << "while nobody steers";
+    const auto message = encode_viewer_pose({0, {{0.3, 0, 0}, {1, 0, 0, 0}}, {}});
+    second->hear({reinterpret_cast<const char*>(message.data()), message.size()});
+    EXPECT_EQ(stream.delivery()->first, 2);
+}
+
 TEST(LiveStreams, KeepNoMoreThanSoMuchForOneThatDoesNotRead) {
     LiveStream stream([] {});
     const auto waits = stream.open_feed(), reads = stream.open_feed();

@@ -80,6 +80,12 @@ TEST_F(Serving, SaysWhoCanComeToIt) {
         Server server({path("a.mkv"), "--listen", listen, "--open"}, place());
         ASSERT_TRUE(comes_true([&] { return server.lines_with(said) == 1; })) << listen;
     }
+    for (const auto& [listen, lines] : {std::pair("tcp://0.0.0.0:0", 1), std::pair("tcp://:0", 0)}) {
+        Server server({path("a.mkv"), "--listen", listen, "--open", "--progress", "none"}, place());
+        ASSERT_TRUE(comes_true([&] { return server.output().find('\n') != std::string::npos; })) << listen;
+        EXPECT_EQ(server.lines_with("there is no secret and no encryption"), lines);
+        EXPECT_EQ(server.lines_with(""), lines);
+    }
     Server server(arguments("a.mkv"), place());
     server.url();
     EXPECT_EQ(server.log(), "");
@@ -113,7 +119,8 @@ TEST_P(Encrypted, WhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
         EXPECT_LT(plain.read().size(), 64u) << "an alert at most";
     }
     const int refused = GetParam() == "tls" ? 2 : 1;
-    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: it does not know the secret") == refused; }));
+    EXPECT_TRUE(
+        comes_true([&] { return server.lines_with("refused: it has not shown that it knows the secret") == refused; }));
     EXPECT_EQ(server.end_by(SIGTERM), 0);
     EXPECT_EQ(server.log().find(secret), std::string::npos);
 }
@@ -151,6 +158,19 @@ TEST_F(Serving, NoMoreThanSoManyAreWaitedForToShowThatTheyKnowTheSecret) {
     EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: 64 are arriving already") == 1; }));
     silent.clear();
     EXPECT_TRUE(comes_true([&] { return run("info --json " + url).status == 0; })) << server.log();
+}
+
+TEST_F(Serving, WhoeverDoesNotShowThatItKnowsTheSecretHasTenSeconds) {
+    record("a.mkv");
+    Server server({path("a.mkv"), "--listen", "tls://:0"}, place());
+    const auto start = Clock::now();
+    Viewer silent(server.port());
+    EXPECT_EQ(silent.read(), "");
+    EXPECT_GT(seconds_since(start), 9);
+    EXPECT_LT(seconds_since(start), give_up_s);
+    EXPECT_TRUE(comes_true([&] {
+        return server.lines_with("refused: it has not shown that it knows the secret") == 1;
+    })) << server.log();
 }
 
 TEST_F(Serving, ASecretIsKeptInAFile) {

@@ -135,6 +135,16 @@ TEST(RateControl, ForgivesALineThatStandsStillForAMoment) {
     EXPECT_EQ(watched.rate.coarser(), 0);
 }
 
+/// The first look after that finds little of a whole second.
+TEST(RateControl, ForgivesALineThatComesBackBetweenTwoLooks) {
+    Watched watched(std::nullopt);
+    watched.go_on(10, 20e6);
+    watched.go_on(1.6, 0);
+    watched.go_on(sphere_s, 0.02 * 20e6);
+    watched.go_on(3, 20e6);
+    EXPECT_LT(watched.rate.coarser(), 3);
+}
+
 TEST(RateControl, TakesFromTheWindowFirstAndFromTheSphereLast) {
     EXPECT_EQ(divided(6, true).window, 6);
     EXPECT_EQ(divided(6, true).base, 0);

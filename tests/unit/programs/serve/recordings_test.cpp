@@ -1,4 +1,5 @@
 /// What viewers of a recorded stream are sent who keep up, and who do not.
+#include <equistream/error.h>
 #include <equistream/viewer_message.h>
 #include <programs/serve/programmes.h>
 #include <programs/serve/recorded_file.h>
@@ -8,6 +9,7 @@
 
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -180,6 +182,17 @@ TEST(TiledRecordings, GoOnWithATileForHalfASecondAfterItWasLookedAt) {
     EXPECT_GE(count[1 + 11], 27) << "15 pictures, and 15 more";
     EXPECT_LE(count[1 + 11], 32);
     EXPECT_GE(count[1 + 8], 45) << "from its key frame on";
+}
+
+/// Bytes of the new file would be sent at the old one's times.
+TEST(TiledRecordings, RefuseAFileThatHasTakenTheirPlace) {
+    const synthetic::Folder folder;
+    synthetic::write(folder / "a.mkv", synthetic::MadeTiles{.pictures = 10});
+    const auto programme = open_recording((folder / "a.mkv").string(), false);
+    EXPECT_NO_THROW(programme->open_feed());
+    synthetic::write(folder / "b.mkv", synthetic::MadeTiles{.pictures = 30});
+    std::filesystem::rename(folder / "b.mkv", folder / "a.mkv");
+    EXPECT_THROW(programme->open_feed(), WorkError);
 }
 
 TEST(TiledRecordings, GiveAViewerBehindTheBaseAlone) {

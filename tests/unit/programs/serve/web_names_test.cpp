@@ -1,4 +1,5 @@
 /// Who may have the stream by a browser, and how many may ask.
+#include <programs/serve/counted_address.h>
 #include <programs/serve/web_connections.h>
 
 #include <gtest/gtest.h>
@@ -16,6 +17,14 @@ TEST(WebNames, OfThisMachineAreThreeAndNoMore) {
         EXPECT_FALSE(is_own_name(other)) << other;
 }
 
+TEST(WebNames, OfThisMachineIsTheAddressThatIsListenedOn) {
+    EXPECT_TRUE(is_own_name("127.0.0.2:80", "127.0.0.2"));
+    EXPECT_TRUE(is_own_name("localhost:80", "127.0.0.2"));
+    EXPECT_FALSE(is_own_name("127.0.0.2:80"));
+    EXPECT_FALSE(is_own_name("127.0.0.2:80", "127.0.0.1"));
+    EXPECT_FALSE(is_own_name("", ""));
+}
+
 TEST(WebNames, APageIsTheServersOwnByItsWholeOrigin) {
     EXPECT_TRUE(is_own_page("http://a:1", "a:1"));
     EXPECT_TRUE(is_own_page("https://a:1", "a:1"));
@@ -31,6 +40,22 @@ TEST(WebNames, AKeyIsReadAsItWasSaid) {
     EXPECT_TRUE(is_same_secret("abc", "abc"));
     EXPECT_FALSE(is_same_secret("abd", "abc"));
     EXPECT_FALSE(is_same_secret("ab", "abc"));
+}
+
+net::ip::address counted(const char* text) {
+    return counted_address(net::ip::make_address(text));
+}
+
+TEST(WebAddress, OfIpv6ANetworkCountsAsOne) {
+    EXPECT_EQ(counted("2001:db8:0:1::5"), counted("2001:db8:0:1:ffff:ffff:ffff:ffff"));
+    EXPECT_NE(counted("2001:db8:0:1::5"), counted("2001:db8:0:2::5"));
+    EXPECT_TRUE(counted("::1").is_loopback());
+}
+
+TEST(WebAddress, OfIpv4EachCountsWhicheverWayItComes) {
+    EXPECT_NE(counted("192.0.2.1"), counted("192.0.2.2"));
+    EXPECT_EQ(counted("::ffff:192.0.2.1"), counted("192.0.2.1"));
+    EXPECT_NE(counted("::ffff:192.0.2.1"), counted("::ffff:192.0.2.2"));
 }
 
 TEST(WebCrowd, HasRoomForSixteenOfEachAddressAndSixtyFourInAll) {
