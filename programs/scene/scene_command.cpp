@@ -118,8 +118,11 @@ void info(const InfoArguments& arguments) {
     for (const std::string& note : model.notes)
         std::fprintf(stderr, "equistream scene: %s\n", note.c_str());
     const SceneSummary summary = summarise(model, scene);
-    if (arguments.json)
-        return print_json(arguments.command, summary_json(summary));
+    if (arguments.json) {
+        nlohmann::ordered_json json = summary_json(summary);
+        json["fingerprint"] = scene.fingerprint;
+        return print_json(arguments.command, json);
+    }
     print(summary_text(summary));
 }
 

@@ -79,7 +79,7 @@ def plan_before(folder):
     try:
         plan = read_plan(folder)
         return {"job": plan["job"], "minutes": plan.get("minutes"), "measured": dict(plan["measured"])}
-    except DAMAGED:
+    except (*DAMAGED, Failed):
         return {}  # it is planned anew
 
 

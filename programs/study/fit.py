@@ -12,6 +12,7 @@ import argparse
 import contextlib
 import json
 import math
+import os
 import pathlib
 import re
 import subprocess
@@ -20,7 +21,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from options import Parser, Progress, add_common, parse, typed_command  # noqa: E402
-from steps import REPOSITORY, Failed, expect_packages, provenance, run_as_program, write_whole  # noqa: E402
+from steps import REPOSITORY, Failed, expect_packages, measured_json, provenance, run_as_program, scene_files, write_whole  # noqa: E402
 
 FEWEST_PIXELS = 64
 AUTO = "auto"
@@ -105,34 +106,61 @@ def arguments():
     if options.frames[1] > last:
         parser.error(f"argument --frames: expected at most {last}, the path's last, found {options.frames[1]}")
     options.out = options.out or pathlib.Path(f"{options.scene.stem}-fit.ini")
-    if not options.out.resolve().parent.is_dir() or options.out.is_dir():
-        parser.error(f"argument --out: expected a file in a folder that is there, found {options.out}")
-    if options.out.exists() and options.out.samefile(options.scene):
-        parser.error(f"argument --out: expected another file than the scene, found {options.out}")
+    options.work = options.work or pathlib.Path(f"{options.scene.stem}-fit")
+    require_place(parser, options)
     return options
+
+
+def model_files(out):
+    """Where the client's model comes, if one is chosen: its description and its geometry."""
+    return [out.with_name(f"{out.stem}-model{end}") for end in (".json", ".glb")]
+
+
+def require_place(parser, options):
+    """Before hours are spent: for the settings file and what comes beside it."""
+    out = options.out
+    if not out.resolve().parent.is_dir() or out.is_dir():
+        parser.error(f"argument --out: expected a file in a folder that is there, found {out}")
+    if not os.access(out.resolve().parent, os.W_OK):
+        parser.error(f"argument --out: expected a folder that may be written, found {out.resolve().parent}")
+    for made in (out, *model_files(out)):
+        if made.exists() and any(made.samefile(file) for file in scene_files(options.scene)):
+            parser.error(f"argument --out: expected names that are not the scene's, found {made}")
+    for path in map(str, (out.resolve(), options.scene.resolve(), options.work.resolve())):  # settings files name them
+        if path.splitlines() != [path] or {'"', "'"} <= set(path):
+            parser.error(f"expected a path without line ends and without both kinds of quotes, found {path!r}")
 
 
 def scene_info(parser, options):
     done = subprocess.run([options.bin / "equistream", "scene", "info", options.scene, "--json"], capture_output=True, text=True)
     if done.returncode != 0:
         parser.error((done.stderr.strip().splitlines() or ["no message"])[-1].removeprefix("equistream scene: "))
-    return json.loads(done.stdout)
+    info = json.loads(done.stdout)
+    if "fingerprint" not in info:
+        parser.error(f"{options.scene}: expected a scene description (JSON), found a scene in Mitsuba's XML")
+    return info
 
 
 def path_frames(options):
     rate = json.loads(options.scene.read_text()).get("frames_per_second", 30)
-    return round(options.info["path_duration_s"] * rate) + 1
+    return math.floor(options.info["path_duration_s"] * rate + 1e-6) + 1  # as `render` counts them (make_timeline)
 
 
 def keep_model(chosen, work, out):
     """The chosen model beside the settings file: a description, and the geometry that it names by itself."""
-    name = f"{out.stem}-model"
+    kept, geometry = model_files(out)
     made = work.folder / chosen.model_file
     description = json.loads(made.read_text())
-    write_whole(out.with_name(f"{name}.glb"), made.with_suffix(".glb").read_bytes())
-    kept = out.with_name(f"{name}.json").resolve()
-    write_whole(kept, json.dumps({**description, "model": f"{name}.glb"}) + "\n")
-    return kept
+    write_whole(geometry, made.with_suffix(".glb").read_bytes())
+    write_whole(kept, json.dumps({**description, "model": geometry.name}) + "\n")
+    return kept.resolve()
+
+
+def require_same_scene(options):
+    """Failed where it is another one than when measuring began: some of the figures are the one's, some the other's."""
+    found = measured_json(options.bin / "equistream", ["scene", "info", options.scene.resolve(), "--json"], ".")["fingerprint"]
+    if found != options.info["fingerprint"]:
+        raise Failed(f"{options.scene}: expected the scene as it was when measuring began, found it changed; run it again")
 
 
 def main():
@@ -146,7 +174,7 @@ def main():
     limit = 1000 * options.kb if options.kb else None
     asked = Asked(options.eye_size, options.fov, *options.frames, options.truth_spp, options.most_spp, options.widest, options.window)
     with contextlib.redirect_stdout(sys.stderr):
-        work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked, Progress("fit", options.progress))
+        work = FitWork(options.work, options.bin, options.scene, options.info["fingerprint"], asked, Progress("fit", options.progress))
         measure = Measurer(work, options.codec)
 
         def fit_for(level):
@@ -162,6 +190,7 @@ def main():
                 raise Failed(unreachable_text(short.best, fit)) from None
         fit.begin("trial")
         chosen = tried_file(fit, chosen, options.db, limit)
+    require_same_scene(options)
     said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:
         chosen.geometry_file = keep_model(chosen, work, options.out)

@@ -3,11 +3,13 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 
-from steps import Failed, read_json, write_whole
+from steps import Failed, made_whole, read_json, write_whole
 
 FIRST_FRAME = "first_frame"
+FRAME = re.compile(r"frame\.(\d+)\.exr")
 
 
 def linked(file, target):
@@ -19,9 +21,8 @@ def linked(file, target):
     except FileExistsError:
         pass
     except OSError:
-        aside = target.with_name(f".{target.name}.aside")
-        shutil.copyfile(file, aside)
-        os.replace(aside, target)
+        with made_whole(target) as aside:
+            shutil.copyfile(file, aside)
 
 
 GEOMETRY = "scene.glb", "scene.json"
@@ -44,10 +45,21 @@ def gather(parts, whole, command=None):
             if file.exists():
                 pathlib.Path(whole).mkdir(parents=True, exist_ok=True)
                 linked(file, pathlib.Path(whole) / file.name)
-        for stream in sorted(manifest.parent for manifest in pathlib.Path(part).glob("*/manifest.json")):
-            frames = sorted(stream.glob("frame.*.exr"))
-            if frames:
-                add_stream(stream, frames, pathlib.Path(whole) / stream.name, command)
+        add_streams(part, whole, command=command)
+
+
+def take_over(part, whole, first, last):
+    """Links these frames alone, for a render that goes on with them: what lies beside streams it writes itself."""
+    require_one_render(part, whole)
+    add_streams(part, whole, range(first, last + 1))
+
+
+def add_streams(part, whole, only=None, command=None):
+    """`only`: numbers of the frames that are wanted."""
+    for stream in sorted(manifest.parent for manifest in pathlib.Path(part).glob("*/manifest.json")):
+        numbers = {int(match[1]): file for file in stream.glob("frame.*.exr") if (match := FRAME.fullmatch(file.name))}
+        if frames := [numbers[number] for number in sorted(numbers) if only is None or number in only]:
+            add_stream(stream, frames, pathlib.Path(whole) / stream.name, command)
 
 
 def add_stream(stream, frames, whole, command):

@@ -115,10 +115,10 @@ class Progress:
         self.done, self.began, self.lock = 0, clock(), threading.Lock()
 
     def left_s(self):
-        """By what the steps before took, each; None where the total is unknown or too few were done to tell."""
-        if not self.total or self.done < FEWEST:
+        """By what the steps before took, each; None where the total is unknown or was too low, or too few were done to tell."""
+        if not self.total or not FEWEST <= self.done < self.total:
             return None
-        return (self.clock() - self.began) * max(0, self.total - self.done) / self.done
+        return (self.clock() - self.began) * (self.total - self.done) / self.done
 
     def expect(self, count):
         """So many steps more, about."""

@@ -12,10 +12,16 @@ import render_list
 from gathered import gather
 from narrowed import made_once, narrow_sequence
 from presets import SEEDS
-from steps import HERE, REPOSITORY, Failed, Steps
+from steps import HERE, REPOSITORY, Failed, Steps, measured_json
 
 STRESS = next(folder for folder in (HERE / "stress", REPOSITORY / "tests/stress") if folder.is_dir())
 """Scenes that break reprojection, and how they are played and scored."""
+
+
+@functools.cache
+def fingerprint_of(program, description):
+    """Of all that decides what the scene looks like, files that its model names among it. Asked once a run: the whole scene is read for it."""
+    return measured_json(program, ["scene", "info", description, "--json"], ".")["fingerprint"]
 
 
 class SceneWork:
@@ -33,6 +39,12 @@ class SceneWork:
 
     @functools.cached_property
     def description(self):
+        """Steps that come after it is asked for are of the scene as it is now."""
+        found = self.found_description()
+        self.steps.context["scene"] = fingerprint_of(self.steps.program, found)
+        return found
+
+    def found_description(self):
         described = REPOSITORY / f"scenes/descriptions/{self.scene}.json"
         if described.exists():
             return described
@@ -75,18 +87,18 @@ class SceneWork:
         gather((self.folder / "parts" / spec.name).glob("*"), self.folder / f"renders/{spec.name}")
 
     def render_record(self, step):
-        """What render() or render_part() left of it: `step` is render-NAME or part-NAME-FIRST-LAST."""
-        record = json.loads((self.folder / f"steps/{step}.json").read_text())
-        return {**record, **json.loads(self.steps.output_of(step)), "command": record["command"]}
+        """What render() or render_part() left of it: `step` is render-NAME or part-NAME-FIRST-LAST. None where a crash has left half of that."""
+        record, said = Steps.record_in(self.folder / f"steps/{step}.json"), Steps.json_in(self.folder / f"steps/{step}.out")
+        return {**Steps.told_of(record), **said, "command": record["command"]} if record and said else None
 
     def render_records(self):
         steps = sorted(file.stem for kind in ("render", "part") for file in (self.folder / "steps").glob(f"{kind}-*.json"))
-        return [{"name": step.removeprefix("render-"), **self.render_record(step)} for step in steps]
+        return [{"name": step.removeprefix("render-"), **record} for step in steps if (record := self.render_record(step))]
 
     def measuring_cpu_s(self):
         """Of all steps so far but renders, seconds of a processor, which other work beside does not stretch."""
-        files = [file for file in (self.folder / "steps").glob("*.json") if not file.name.startswith(("render-", "part-"))]
-        return sum(json.loads(file.read_text())["cpu_s"] for file in files)
+        records = [Steps.record_in(file) for file in (self.folder / "steps").glob("*.json") if not file.name.startswith(("render-", "part-"))]
+        return sum(record["cpu_s"] for record in records if record)
 
     def perspective(self, seed):
         return self.render(render_list.perspective(self.preset, seed))

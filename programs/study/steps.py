@@ -1,7 +1,7 @@
 """Steps that run a program once: done steps are skipped, and each leaves a record of command, time and memory.
 
-A record is steps/NAME.json in the work folder. A step whose command has changed, or whose input has since, runs again; so does one that is asked how long it
-takes and ran beside others.
+A record is steps/NAME.json in the work folder. A step whose command or input is another by now runs again; so does one that is asked how long it takes and ran
+beside others.
 """
 
 import concurrent.futures
@@ -14,6 +14,7 @@ import os
 import pathlib
 import signal
 import socket
+import stat
 import subprocess
 import sys
 import time
@@ -69,13 +70,27 @@ def aside_of(file):
     return file.with_name(f"{begin}{os.getpid()}.unfinished")
 
 
+@contextlib.contextmanager
+def made_whole(file):
+    """Of what is written under the name it gives, `file` becomes; where that fails nothing is left, and what the system says is said of `file`."""
+    aside = aside_of(file)
+    try:
+        yield aside
+        os.replace(aside, file)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            aside.unlink()
+        if isinstance(error, OSError) and error.errno and (error.filename is None or str(error.filename) == str(aside)):
+            raise OSError(error.errno, error.strerror, str(file)) from None
+        raise
+
+
 def write_whole(file, content):
     """Text or bytes; appears whole or not at all."""
     file = pathlib.Path(file)
     file.parent.mkdir(parents=True, exist_ok=True)
-    aside = aside_of(file)
-    aside.write_bytes(content if isinstance(content, bytes) else content.encode())
-    os.replace(aside, file)
+    with made_whole(file) as aside:
+        aside.write_bytes(content if isinstance(content, bytes) else content.encode())
 
 
 def read_json(file):
@@ -97,7 +112,9 @@ def changed_at(path):
 
 
 def scene_files(description):
-    """All files that a scene consists of, where docs/scenes.md says that they are looked for: its description, its model, and what these take with them."""
+    """What a scene's description names, where docs/scenes.md says that it is looked for: itself, the model, the sky's image and the paths. What the model names
+    is in the scene's fingerprint (scene_work.py).
+    """
     scene = read_json(description)
     folder, shared = description.parent, pathlib.Path(os.environ.get("EQUISTREAM_SCENES") or description.parent)
     sky = scene.get("sky")
@@ -108,13 +125,26 @@ def scene_files(description):
 
 
 def files_in(path):
-    """Of a file or a folder, and of a scene by its description."""
+    """Of a file or a folder, also behind links, and of a scene by its description."""
     if path.is_dir():
-        return path.rglob("*")
+        return (pathlib.Path(folder, name) for folder, _, names in os.walk(path, followlinks=True) for name in names)
     if path.suffix == ".json" and path.is_file():
         with contextlib.suppress(Failed, KeyError, TypeError, AttributeError):
             return scene_files(path)
     return [path]
+
+
+def state_of(named):
+    """Of (name, file): how many of these files are there, their bytes, and a digest of all names, sizes and times. One that was written anew, or came in
+    another's place, makes another state, be it newer or older.
+    """
+    found = []
+    for name, file in named:
+        with contextlib.suppress(OSError):
+            status = file.stat()
+            if stat.S_ISREG(status.st_mode):
+                found.append((str(name), status.st_size, status.st_mtime_ns // 10 ** 6))
+    return {"files": len(found), "bytes": sum(size for _, size, _ in found), "written_ms": hashlib.sha256(repr(sorted(found)).encode()).hexdigest()[:16]}
 
 
 def digest(folder, pattern="equistream*"):
@@ -129,6 +159,10 @@ def digest(folder, pattern="equistream*"):
 ENDS_WITH_PARENT = "setpriv", "--pdeathsig", "TERM", "--"
 
 
+OUTPUTS = "--out", "--pictures", "--difference"
+"""Options of programs that name what is made."""
+
+
 class Steps:
     """Runs `equistream` in a work folder; commands name files relative to it, so records do not depend on the machine."""
 
@@ -136,7 +170,7 @@ class Steps:
         self.work = pathlib.Path(work)
         self.program = pathlib.Path(programs).resolve() / "equistream"
         self.aliases = aliases  # path prefixes of this machine -> what records say instead
-        self.context = {**settings, "programs": digest(self.program.parent)}
+        self.context = {**settings, "programs": digest(self.program.parent)}  # with "scene": its fingerprint, where that is known
         self.progress = progress or Progress("steps")
         self.running, self.beside, self.stopped = set(), 0, False
         self.since = 0  # what was recorded before is done again, but for renders: a time.time()
@@ -153,6 +187,26 @@ class Steps:
         """Of all words that name a file or folder, in the work folder or elsewhere, but for the output."""
         inputs = [word for word, before in zip(words, ["", *words]) if before != "--out"]
         return max((changed_at(self.work / word) for word in inputs if word), default=0)
+
+    def inputs_state(self, words):
+        """state_of() the same, but for the command's name, and for outputs by whatever word."""
+        made = {word for word, before in zip(words, ["", *words]) if before in OUTPUTS}
+        given = [self.work / word for word in words[1:] if word and word not in made]
+        return state_of((f"{number} {file.relative_to(path) if path in file.parents else file.name}", file)
+                        for number, path in enumerate(given) for file in files_in(path))
+
+    def has_inputs(self, record, file, words, inputs):
+        """Whether they are as they were when the step began. Records of before say nothing of them: none may be newer."""
+        return record["inputs"] == inputs if "inputs" in record else self.inputs_changed_at(words) <= file.stat().st_mtime
+
+    def is_of_here(self, record, is_render):
+        """Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings. Both are of one scene: of
+        this one, where the record does not say.
+        """
+        before, now = record.get("context") or {}, self.context
+        if "scene" in before and before["scene"] != now.get("scene", before["scene"]):
+            return False
+        return is_render or {**before, "scene": None} == {**now, "scene": None}
 
     def is_made(self, words):
         """Whether what was made still lies there."""
@@ -183,28 +237,35 @@ class Steps:
                 os.kill(pid, signal.SIGTERM)
 
     @staticmethod
-    def record_in(file):
-        """What a step has left; nothing where there is none, or where a crash has left half of one: the step runs again."""
-        if not file.exists():
-            return None
+    def json_in(file):
+        """Nothing where there is no file, or where a crash has left half of one."""
         try:
-            record = json.loads(file.read_text())
-        except ValueError:
+            return json.loads(file.read_text())
+        except (FileNotFoundError, ValueError, RecursionError):
             return None
+
+    @staticmethod
+    def record_in(file):
+        """What a step has left; nothing where that is not there, or not whole: the step runs again."""
+        record = Steps.json_in(file)
         return record if isinstance(record, dict) and "command" in record else None
+
+    def has_said(self, name, words):
+        """Whether what the step printed is there, and whole."""
+        output = self.work / "steps" / f"{name}.out"
+        return self.json_in(output) is not None if "--json" in words else output.exists()
 
     def run(self, name, *words, fresh=None, timed=False):
         """`fresh` is the output that must not exist for the time taken to be that of the whole step; `timed`: it must have run alone."""
         words = [str(word) for word in words]
         file = self.work / "steps" / f"{name}.json"
-        command = self.recorded(words)
+        command, inputs, is_render = self.recorded(words), self.inputs_state(words), fresh is not None
         if record := self.record_in(file):
-            # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
-            made_here = fresh is not None or record.get("context") == self.context
-            is_there = made_here and self.is_made(words) and (fresh is not None or file.stat().st_mtime >= self.since)
-            if record["command"] == command and is_there and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
-                return record
-        resumed = fresh is not None and (self.work / fresh).exists()
+            is_there = self.is_made(words) and self.has_said(name, words) and (is_render or file.stat().st_mtime >= self.since)
+            is_as_it_was = record["command"] == command and self.is_of_here(record, is_render) and self.has_inputs(record, file, words, inputs)
+            if is_there and is_as_it_was and not (timed and record.get("beside")):
+                return self.told_of(record)
+        resumed = is_render and (self.work / fresh).exists()
         self.progress.begin(name, command)
         errors = self.work / "steps" / f"{name}.log"
         errors.parent.mkdir(parents=True, exist_ok=True)
@@ -224,10 +285,16 @@ class Steps:
             lines = errors.read_text(errors="replace").strip().splitlines()
             raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
         os.replace(aside, output)
-        record = {"command": command, "context": self.context, "wall_s": round(wall_s, 3), "resumed": resumed, **({"beside": True} if beside else {}),
-                  "cpu_s": round(usage.ru_utime + usage.ru_stime, 3), "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
+        record = {"command": command, "context": self.context, "inputs": inputs, "wall_s": round(wall_s, 3), "resumed": resumed,
+                  **({"beside": True} if beside else {}), "cpu_s": round(usage.ru_utime + usage.ru_stime, 3),
+                  "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
         write_whole(file, json.dumps(record, indent=1) + "\n")
-        return record
+        return self.told_of(record)
+
+    @staticmethod
+    def told_of(record):
+        """What results may hold of it: times of files are this folder's own."""
+        return {key: value for key, value in record.items() if key != "inputs"}
 
     def waited_for(self, words, out, log):
         """Its exit code and what it used."""
@@ -252,13 +319,15 @@ class Steps:
 
     @contextlib.contextmanager
     def keeping(self, name, made_something):
-        """What was recorded of a step stays, where running it again makes nothing: made_something(its output) says so."""
+        """What was recorded of a step that prints JSON stays, where running it again makes nothing: made_something(its output) says so."""
         file = self.work / "steps" / f"{name}.json"
-        before = (file.read_text(), self.output_of(name)) if file.exists() else None
+        before = (self.record_in(file), self.output_of(name)) if self.record_in(file) and self.has_said(name, ["--json"]) else None
         yield
-        if before and before[0] != file.read_text() and not made_something(self.output_of(name)):
+        after = self.record_in(file)
+        if before and before[0] != after and not made_something(self.output_of(name)):
             write_whole(file.with_suffix(".out"), before[1])
-            write_whole(file, before[0])
+            # Of the inputs as they are: else it would run again every time.
+            write_whole(file, json.dumps({**before[0], "inputs": after["inputs"]}, indent=1) + "\n")
 
     def output_of(self, name):
         return (self.work / "steps" / f"{name}.out").read_text()
@@ -269,7 +338,7 @@ def measured_json(program, words, folder):
     program, words = pathlib.Path(program).resolve(), [str(word) for word in words]
     if not program.is_file():
         raise Failed(f"{program}: expected the built program, found nothing (give --bin)")
-    done = subprocess.run([program, *words], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([*ENDS_WITH_PARENT, program, *words], cwd=folder, capture_output=True, text=True)
     if done.returncode != 0:
         raise Failed(f"{' '.join([program.name, *words])}: exit {done.returncode}: {done.stderr.strip()}")
     return json.loads(done.stdout)

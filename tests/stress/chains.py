@@ -22,6 +22,9 @@ AROUND = np.ones((3, 3), bool)
 """Pixels among which it is chance what one sphere has wrong and another has not: where their samples lie."""
 
 
+# As in programs/study/steps.py, without which breakers run too: a program ends when what started it is killed.
+ENDS_WITH_PARENT = "setpriv", "--pdeathsig", "TERM", "--"
+
 SEED = {"render": 1}
 """Of all that is rendered; `run.py --seed` sets another."""
 
@@ -60,7 +63,7 @@ class Renders:
 
     def run(self, *words):
         words = [str(word) for word in words]
-        result = subprocess.run([self.program, *words], capture_output=True, text=True)
+        result = subprocess.run([*ENDS_WITH_PARENT, self.program, *words], capture_output=True, text=True)
         if result.returncode != 0:
             raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
 
@@ -212,7 +215,7 @@ def scores(renders):
 
 def run_program(program, *words):
     words = [str(word) for word in words] + (["--overwrite"] if words[0] == "play" else [])
-    result = subprocess.run([program, *words], capture_output=True, text=True)
+    result = subprocess.run([*ENDS_WITH_PARENT, program, *words], capture_output=True, text=True)
     if result.returncode != 0:
         raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
 

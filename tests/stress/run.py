@@ -58,14 +58,18 @@ def measured(program, folder, breaker, value):
 
 
 def sweep(program, folder, breakers, every_value, kept=None):
-    """Breaker -> value -> method -> figures."""
+    """Breaker -> value -> method -> figures. What fails or interrupts one begins no others."""
     jobs = {(breaker.name, value_text(value)): (breaker, value)
             for breaker in breakers for value in (breaker.values if every_value else breaker.few)}
     with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
-        waiting = {key: pool.submit(measure, program, folder, *job, kept) for key, job in jobs.items()}
         found = {}
-        for (breaker, value), result in waiting.items():
-            found.setdefault(breaker, {})[value] = result.result()
+        try:
+            waiting = {key: pool.submit(measure, program, folder, *job, kept) for key, job in jobs.items()}
+            for (breaker, value), result in waiting.items():
+                found.setdefault(breaker, {})[value] = result.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     return found
 
 

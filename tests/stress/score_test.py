@@ -1,10 +1,19 @@
 """Scores of pictures whose errors are known pixel by pixel."""
 
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import types
 import unittest
+import unittest.mock
 
 import chains
 import numpy as np
 import redraw
+import run
 
 SHAPE = (8, 10)
 OFF = chains.es.RELIABILITY_TOLERANCE + 1
@@ -71,6 +80,40 @@ class Thresholds(unittest.TestCase):
     def test_the_ceiling_fails_nowhere(self):
         ceiling = {key: value for key, value in self.FIGURES.items() if not key.startswith("failing")}
         self.assertEqual(set(redraw.least_of(ceiling)), {"psnr_db", "worst_percent_db", "flagged_recall"})
+
+
+class Sweep(unittest.TestCase):
+    def test_what_fails_ends_what_waits_for_its_turn(self):
+        begun = []
+
+        def fail(*words):
+            begun.append(words)
+            time.sleep(0.05)
+            raise RuntimeError("no light")
+
+        breaker = types.SimpleNamespace(name="b", values=range(100), few=())
+        with unittest.mock.patch.object(run, "measured", fail), self.assertRaisesRegex(RuntimeError, "no light"):
+            run.sweep(None, None, [breaker], every_value=True)
+        self.assertLess(len(begun), 10)
+
+    def test_programs_end_with_what_started_them(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program, started = pathlib.Path(folder) / "equistream", pathlib.Path(folder) / "started"
+            program.write_text(f"#!/bin/sh\necho $$ > {started}.new && mv {started}.new {started}\nexec sleep 1000\n")
+            program.chmod(0o755)
+            waits = "import sys, chains; chains.run_program(sys.argv[1], 'scene')"
+            killed = subprocess.Popen([sys.executable, "-B", "-c", waits, program], env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+            self.until(started.exists)
+            killed.kill()
+            killed.wait()
+            process = pathlib.Path("/proc") / started.read_text().strip()
+            self.until(lambda: not process.exists() or ") Z " in (process / "stat").read_text())
+
+    def until(self, is_so, patience_s=20):
+        end = time.monotonic() + patience_s
+        while not is_so():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
 
 
 if __name__ == "__main__":

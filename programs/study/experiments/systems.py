@@ -6,6 +6,7 @@ noise-free error takes both (docs/compare.md).
 """
 
 import dataclasses
+import os
 
 from baselines import copy_ms, v360_ms
 from perceived import FLIP_PICTURES, flip, perceived, pixels_a_degree
@@ -135,8 +136,10 @@ class Player:
         both = self.work.folder / f"{views[0]}-with-{views[1].removeprefix('views/')}"
         both.mkdir(exist_ok=True)
         for eye, view in (("left", views[0]), ("right", views[1])):
-            if not (both / eye).is_symlink():
-                (both / eye).symlink_to(self.work.folder / view / eye)
+            wanted = os.path.relpath(self.work.folder / view / eye, both)  # so that the work folder may be moved or copied
+            if not (both / eye).is_symlink() or os.readlink(both / eye) != wanted:
+                (both / eye).unlink(missing_ok=True)
+                (both / eye).symlink_to(wanted)
         return str(both.relative_to(self.work.folder))
 
     def play_seeds(self, system, width, coding, timed=False):

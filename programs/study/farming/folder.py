@@ -7,11 +7,12 @@ import json
 import pathlib
 import re
 
-from steps import Failed, read_json, write_whole
+from gathered import FRAME
+from steps import Failed, read_json, state_of, write_whole
 
 FORMAT = "equistream farm 1"
 LAST_FRAME = 999_999_999
-FRAME = re.compile(r"frame\.(\d+)\.exr")
+CHUNK = re.compile(r"(\d+)-(\d+)")
 
 
 def write_plan(folder, plan):
@@ -53,6 +54,12 @@ def chunk_folders(folder, name):
     return sorted((pathlib.Path(folder) / "parts" / name).glob("*"))
 
 
+def chunks_across(folder, name, first, last):
+    """Folders of tasks that render some of these frames, but for the one that renders just these: the step was divided otherwise before."""
+    found = {part: tuple(map(int, match.groups())) for part in chunk_folders(folder, name) if (match := CHUNK.fullmatch(part.name))}
+    return [part for part, (begin, end) in found.items() if begin <= last and first <= end and (begin, end) != (first, last)]
+
+
 def chunks(step):
     """Of a step that is divided by frames: the first and the last of each task."""
     return [(first, min(first + step["chunk"] - 1, step["last"])) for first in range(step["first"], step["last"] + 1, step["chunk"])]
@@ -81,10 +88,15 @@ def frames_done(folder, plan, step):
     return min((sum(step["first"] <= number <= step["last"] for number in numbers) for numbers in found.values()), default=0)
 
 
+PART = re.compile(r"frame\.(\d+)\.part")
+
+
 def parts_done(folder, plan, step):
-    """Of a step that is divided by tiles: how many parts of frames wait, and how many frames are put together."""
-    out = base_of(folder, plan) / step["out"]
-    return sum(1 for _ in out.glob("*/part-*-of-*/frame.*.part")), min(map(len, frames_in([out]).values()), default=0)
+    """Of a step that is divided by tiles: how many parts of its frames wait, and how many of these are put together."""
+    out, wanted = base_of(folder, plan) / step["out"], range(step["first"], step["last"] + 1)
+    parts = out.glob(f"*/part-*-of-{step['tasks']}/frame.*.part")
+    waiting = sum(1 for file in parts if (match := PART.fullmatch(file.name)) and int(match[1]) in wanted)
+    return waiting, min((sum(number in wanted for number in numbers) for numbers in frames_in([out]).values()), default=0)
 
 
 def status(folder, plan):
@@ -115,17 +127,41 @@ def outs_of(words, base):
     return [base / (word.partition("=")[2] or after) for word, after in zip(words, [*words[1:], ""]) if word.partition("=")[0] == "--out"]
 
 
+def write_done(file, told, frames):
+    """`told` is what the task has done, of `frames` as frames_state() has them."""
+    write_whole(file, f"{told}frames {frames}\n")
+
+
+def read_done(file):
+    """(told, frames); frames are None in what was written before they were."""
+    text = file.read_text()
+    match = re.fullmatch(r"(.*\n)frames ([0-9a-f]{16})\n", text, re.DOTALL)
+    return match.groups() if match else (text, None)
+
+
 def is_done(folder, plan, step, number):
-    """Whether a task that is not divided by frames has ended, what it made is there, and no frame that it waits for is newer."""
+    """Whether a task that is not divided by frames has ended, what it made is there, and the frames that it waits for are those that it took."""
     done, base = done_file(folder, step, number), base_of(folder, plan)
     if not done.exists():
         return False
-    if not all(out.exists() for out in outs_of(step["words"], base)) or ("out" in step and not newest_frame(base / step["out"])):
+    if not all(out.exists() for out in outs_of(step["words"], base)) or ("out" in step and not frames_of(base / step["out"])):
         return False
-    before = [base / other["out"] for other in plan["steps"] if other["name"] in step["after"] and "out" in other]
-    return max(map(newest_frame, before), default=0) <= done.stat().st_mtime
+    _, frames = read_done(done)
+    if frames is None:
+        newest = max((file.stat().st_mtime for out in outs_before(base, plan, step) for file in frames_of(out)), default=0)
+        return newest <= done.stat().st_mtime
+    return frames == frames_state(folder, plan, step)
 
 
-def newest_frame(out):
-    """When it was rendered; 0 where there is none."""
-    return max((file.stat().st_mtime for file in out.glob("*/frame.*.exr")), default=0)
+def outs_before(base, plan, step):
+    return [base / other["out"] for other in plan["steps"] if other["name"] in step["after"] and "out" in other]
+
+
+def frames_of(out):
+    return list(out.glob("*/frame.*.exr"))
+
+
+def frames_state(folder, plan, step):
+    """Of all frames that the step waits for: others, or the same rendered anew, have another."""
+    outs = outs_before(base_of(folder, plan), plan, step)
+    return state_of((f"{number} {file.relative_to(out)}", file) for number, out in enumerate(outs) for file in frames_of(out))["written_ms"]

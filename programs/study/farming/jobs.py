@@ -10,12 +10,14 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
+import socket
 import subprocess
 import tempfile
 import time
 
 from options import Progress
-from steps import RESULTS, Failed
+from steps import ENDS_WITH_PARENT, RESULTS, Failed
 
 COMMANDS = ("render", "encode", "play", "compare", "study")
 DROPPED = {"--progress": 1, "--json": 0}
@@ -70,10 +72,20 @@ def checked_lines(words):
 
 def asked_of(program, words):
     """What the command prints as JSON. Failed with what it says itself."""
-    done = subprocess.run([program, *words], capture_output=True, text=True)
+    done = subprocess.run([*ENDS_WITH_PARENT, program, *words], capture_output=True, text=True)
     if done.returncode != 0:
         raise Failed((done.stderr.strip().splitlines() or [f"equistream {shlex.join(words)}: exit {done.returncode}"])[-1])
     return json.loads(done.stdout)
+
+
+def measuring_prefix(folder):
+    """Of a folder to measure in, a name of this process's own on whatever machine it runs. What processes of this one that were killed have left goes."""
+    begin = f"measured-{socket.gethostname()}"
+    for left in folder.glob("measured-*"):
+        found = re.fullmatch(rf"{re.escape(begin)}-(\d+)-[a-z0-9_]+", left.name)
+        if found and not pathlib.Path(f"/proc/{found[1]}").exists():
+            shutil.rmtree(left, ignore_errors=True)
+    return f"{begin}-{os.getpid()}-"
 
 
 def measured_frame(program, line, render, folder, progress):
@@ -82,7 +94,7 @@ def measured_frame(program, line, render, folder, progress):
     middle = str((render["first_frame"] + render["last_frame"]) // 2)
     folder.mkdir(parents=True, exist_ok=True)
     took = {}
-    with tempfile.TemporaryDirectory(prefix="measured-", dir=folder) as out:
+    with tempfile.TemporaryDirectory(prefix=measuring_prefix(folder), dir=folder) as out:
         for samples in sorted({min(render["spp"], each) for each in TRIED_SAMPLES}):
             progress.begin(f"renders frame {middle} with {samples} samples a pixel, to measure it", None)
             began = time.monotonic()

@@ -9,8 +9,9 @@ import signal
 import subprocess
 import sys
 
-from farming.folder import DAMAGED, base_of, chunk_folder, chunk_folders, chunks, damage_told, done_file, frames_of_job, is_done, outs_of, read_plan
-from gathered import gather, require_one_render
+from farming.folder import (DAMAGED, base_of, chunk_folder, chunk_folders, chunks, chunks_across, damage_told, done_file, frames_of_job, frames_state, is_done,
+                            outs_of, read_done, read_plan, write_done)
+from gathered import gather, require_one_render, take_over
 from options import minutes_text
 from steps import ENDS_WITH_PARENT, Failed, write_whole
 
@@ -130,6 +131,13 @@ def with_overwrite(words, base, begun, told):
     return [*words, "--overwrite"] if begun.exists() and begun.read_text() == told else words
 
 
+def take_over_frames(step, number, folder):
+    """What is finished of the task's frames where the step was divided otherwise before."""
+    first, last = chunks(step)[number]
+    for part in chunks_across(folder, step["name"], first, last):
+        take_over(part, chunk_folder(folder, step, first, last), first, last)
+
+
 def gather_frames(step, folder, base):
     """All that the step's tasks rendered, in the folder that the job names. Failed where a frame is missing."""
     out = base / step["out"]
@@ -156,12 +164,16 @@ def run(programs, asked):
         base, done = base_of(asked.folder, plan), done_file(asked.folder, step, asked.number)
         words = [] if step["kind"] == "gather" else words_of(step, asked.number, asked.folder)
         told = shlex.join(words) + "\n"
-        if words and words[0] in FROM_THE_START and is_done(asked.folder, plan, step, asked.number) and done.read_text() == told:
+        from_the_start = bool(words) and words[0] in FROM_THE_START
+        frames = frames_state(asked.folder, plan, step) if from_the_start else None
+        if from_the_start and is_done(asked.folder, plan, step, asked.number) and read_done(done)[0] == told:
             report.step(1, f"done before; remove {done} to do it again")
             return 0
         if step["kind"] == "gather":
             gather_frames(step, asked.folder, base)
         else:
+            if step["kind"] == "frames":
+                take_over_frames(step, asked.number, asked.folder)
             if words[0] == "play":
                 words = with_overwrite(words, base, done.with_name(done.name + ".begun"), told)
             Runner(programs.resolve() / "equistream", base, report).until_done(words, plan["retries"])
@@ -169,7 +181,8 @@ def run(programs, asked):
             # Now, and not when all is rendered.
             require_one_render(chunk_folder(asked.folder, step, *chunks(step)[asked.number]), base / step["out"])
         if step["kind"] not in ("frames", "parts"):
-            write_whole(done, told)
+            # Others put the frames together themselves.
+            write_done(done, told, frames or frames_state(asked.folder, plan, step))
         report.step(1, "done")
         return 0
     except (Failed, OSError) as failure:

@@ -6,7 +6,7 @@ import math
 from found import known_within_db
 from presets import KNOWN_DB
 from rates import bytes_for
-from steps import Failed, scene_files
+from steps import Failed
 
 from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, highest, is_worth, last_holding, least_over, most_gained_db
 from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, pair, perspective, windowed
@@ -25,7 +25,7 @@ TRACKS_FROM = 512
 """Columns: small streams and patches of narrower spheres are too small to be coded."""
 FINER = 4
 """Steps of the CRF by which finer coding is asked what it would gain."""
-STEPS = {"light": 40, "sphere": 32, "gaps": 8, "depth": 56, "window": 8, "views": 15, "trial": 8}
+STEPS = {"light": 40, "sphere": 32, "gaps": 8, "depth": 56, "window": 8, "views": 15, "trial": 12}
 """Stages in their order, and how many programs each usually runs."""
 
 
@@ -238,7 +238,7 @@ class Fit:
         fill = Fill()
         here = self.at(by_scene(fill, self.told, self.light), width, crf)
         in_gaps, all_of_it = self.measure.gap_error(here)
-        share = min(1, in_gaps / all_of_it)
+        share = min(1, in_gaps / all_of_it) if all_of_it > 0 else float(in_gaps > 0)  # of what noise made negative nothing is known
         left_db = most_gained_db(share)
         self.why.append(f"gaps hold {100 * share:.0f} % of the error: filling them better than by push-pull is worth {left_db:.2f} dB at most")
         if left_db >= CLOSE_DB and self.asked.last > self.asked.first:
@@ -338,7 +338,7 @@ class Fit:
 
         budget_px = last_holding(BUDGETS_PX, holds, 2)
         if budget_px is None:
-            once, way, file = sum(file.stat().st_size for file in scene_files(self.work.given)[:2]), by_scene(fill, self.told, self.light), ""
+            once, way, file = self.work.scene_bytes(), by_scene(fill, self.told, self.light), ""
         else:
             file = made[budget_px]["model"]
             once, way = made[budget_px]["bytes"], by_model(fill, self.told, self.light, budget_px, file)

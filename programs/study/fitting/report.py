@@ -1,10 +1,9 @@
 """What `equistream fit` tells of what it measured, and its settings file: sections of each program, in the words of its options."""
 
-import json
 import math
 
 from render_list import DEPTH, WITH_MIRRORS, size_text
-from steps import write_whole
+from steps import Steps, write_whole
 
 from .work import base_width, density
 
@@ -68,7 +67,7 @@ def times_text(work, began, now):
     for file in (work.folder / "steps").glob("*.json"):
         kind = file.name.split("-")[0].removesuffix(".json")
         if kind in spent and file.stat().st_mtime >= began:
-            spent[kind] += json.loads(file.read_text())["wall_s"]
+            spent[kind] += (Steps.record_in(file) or {"wall_s": 0})["wall_s"]
     parts = [f"{KINDS[kind]} {seconds:.0f}" for kind, seconds in sorted(spent.items(), key=lambda item: -item[1]) if seconds >= 0.5]
     return f"took {now - began:.0f} s" + (f"; steps, some beside each other: {', '.join(parts)}" if parts else ": everything was there already")
 
@@ -106,12 +105,15 @@ def section(name, values):
 
 
 def quoted(text):
-    return f'"{text}"'
+    """As settings files have it (programs/cli/settings_text.h): in whichever quotes the text has not."""
+    mark = "'" if '"' in str(text) else '"'
+    return f"{mark}{text}{mark}"
 
 
 def settings_text(remarks, sections):
     """`remarks` come on top; sections are {program: {option: value}}."""
-    return "\n\n".join(["\n".join(f"# {remark}" for remark in remarks), *(section(name, values) for name, values in sections.items() if values)]) + "\n"
+    on_top = "\n".join(f"# {' '.join(remark.splitlines())}" for remark in remarks)
+    return "\n\n".join([on_top, *(section(name, values) for name, values in sections.items() if values)]) + "\n"
 
 
 def client_words(chosen):

@@ -13,6 +13,7 @@ from steps import Failed, write_if_other
 
 from .report import level_text, sections_of, settings_text
 from .search import BEST_CRF, WORST_CRF, mean_is_known
+from .work import known
 
 
 SEEDS = tuple(range(101, 133))
@@ -36,8 +37,9 @@ def measured(work, chosen, asked, codec):
             break
     all_of_them = found.together(errors)
     lows, highs = ([error[end] for error in errors] for end in ("db_low", "db_high"))
-    return with_point(chosen, db=all_of_them["db_low" if found.only_bounded(all_of_them) else "db"], low=None if None in lows else min(lows),
-                      high=None if None in highs else max(highs), bytes=statistics.mean(sent) / (asked.last - asked.first + 1), trials=len(errors))
+    frames = asked.last - asked.first + 1
+    return with_point(chosen, db=known(all_of_them["db_low" if found.only_bounded(all_of_them) else "db"], frames), low=None if None in lows else min(lows),
+                      high=None if None in highs else max(highs), bytes=statistics.mean(sent) / frames, trials=len(errors))
 
 
 def played(work, sections, seed):

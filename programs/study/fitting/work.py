@@ -1,10 +1,10 @@
 """A scene's folder of `equistream fit`: one that is given by its description, and ways of streaming and playing it."""
 
 import dataclasses
-import hashlib
 import json
 import math
 import pathlib
+import urllib.parse
 
 import equistream as es
 import found
@@ -13,7 +13,7 @@ from experiments.systems import Coding, Player, System
 from found import gap_error
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
-from steps import scene_files
+from steps import Failed, scene_files
 
 RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
 """Track -> what `render` makes it by; a small eye has words of its own."""
@@ -100,20 +100,19 @@ class Light:
         return (*options, *(("--denoise", self.denoise) if self.denoise != "off" else ()))
 
 
-def fingerprint(description):
-    """Another scene, or the same changed, is measured in another folder."""
-    sums = hashlib.sha256()
-    for file in scene_files(description):
-        with open(file, "rb") as content:
-            sums.update(hashlib.file_digest(content, "sha256").digest())
-    return sums.hexdigest()[:12]
+def named_by_gltf(model):
+    """Buffers and images that lie in files of their own, as far as they are there."""
+    scene = json.loads(model.read_text())
+    uris = {each["uri"] for key in ("buffers", "images") for each in scene.get(key, ()) if not each.get("uri", "data:").startswith("data:")}
+    return [file for uri in sorted(uris) if (file := model.parent / urllib.parse.unquote(uri)).is_file()]
 
 
 class FitWork(SceneWork):
-    def __init__(self, work, programs, description, asked, progress=None):
+    def __init__(self, work, programs, description, fingerprint, asked, progress=None):
+        """`fingerprint` is what `scene info` says: another scene, or the same changed, is measured in another folder."""
         self.given = description.resolve()
         super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-truth{asked.truth_samples}-"
-                         f"{fingerprint(description)}", asked, progress)
+                         f"{fingerprint[:12]}", asked, progress)
 
     @property
     def description(self):
@@ -163,6 +162,18 @@ class FitWork(SceneWork):
         gaps = ["--gaps", f"{views[0]}/gaps"] if (self.folder / views[0] / "gaps").exists() else []
         chosen = ["--frames", frames] if frames else []
         return {"whole": self.compare(name, views[0], truths[0], "--truth2", truths[1], "--metrics", "none", *gaps, *chosen)["eyes"]}
+
+    def scene_bytes(self):
+        """Of what a client has of the whole scene: the description, the model and what lies beside it. Of an OBJ those are its images; its materials are few
+        bytes.
+        """
+        description, model = scene_files(self.given)[:2]
+        beside = 0
+        if model.suffix.lower() == ".gltf":
+            beside = sum(file.stat().st_size for file in named_by_gltf(model))
+        elif model.suffix.lower() == ".obj":
+            beside = self.info["texture_bytes"]
+        return description.stat().st_size + model.stat().st_size + beside
 
     def model(self, error_px):
         """The client's model of this budget: its file, relative, and what `model` said of it."""
@@ -248,6 +259,14 @@ class Point:
     entry: dict = dataclasses.field(compare=False, repr=False, default=None)
 
 
+def known(db, frames):
+    """The same, or Failed where so many frames have no error to be seen."""
+    if db is None:
+        raise Failed(f"expected frames whose error is known, found {frames} without, as where all is black; --frames names others, "
+                     "--truth-spp takes more samples")
+    return db
+
+
 class Measurer(Player):
     """Scores ways, each point once, and remembers what was tried in order."""
 
@@ -284,7 +303,8 @@ class Measurer(Player):
         if key not in self.tried:
             entry = self.score(way, width, None if crf is None else Coding(self.codec, crf))
             figures = found.error(entry, kind=found.WHOLE)
-            self.tried[key] = Point(way, width, crf, found.whole_db(entry), figures["db_low"], figures["db_high"], found.all_bytes(entry), entry)
+            db = known(found.whole_db(entry), entry["n"]["frames"])
+            self.tried[key] = Point(way, width, crf, db, figures["db_low"], figures["db_high"], found.all_bytes(entry), entry)
         return self.tried[key]
 
     @staticmethod

@@ -111,7 +111,7 @@ def systems_of(scene, result):
 
 def scene_row(scene, info):
     return [scene, STANDS_FOR.get(scene, "-"), f"{info['triangles']:,}", f"{info['unique_triangles']:,}", str(info["textures"]), cell(info["path_length_m"], 1), cell(info["turn_deg"], 0),
-            cell(info["nearest_m"]), f"{info['sphere_width']:.0f}", f"{info['depth_levels']:.0f}"]
+            cell(info["nearest_m"]), f"{info['sphere_width']:.0f}", cell(info["depth_levels"], 0)]
 
 
 def scenes(systems):

@@ -11,6 +11,7 @@ import os
 import pathlib
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -89,6 +90,22 @@ class Divided(Farm):
         self.assertTrue((self.root / "frames.mp4").exists())
         self.assertEqual(self.farm("status", "farm").stdout.split("\n")[:3], ["render: 10 of 10 frames", "render-whole: 1 of 1 tasks", "encode: 1 of 1 tasks"])
 
+    def test_divided_otherwise_finished_frames_are_kept(self):
+        for chunk, number, expected in ((5, 0, "5 frames rendered, 0 kept"), (10, 0, "5 frames rendered, 5 kept"), (4, 2, "0 frames rendered, 2 kept")):
+            self.farm("--chunk", chunk, "--frame-seconds", 1, *self.render, "--out", "frames")
+            self.assertIn(expected, self.farm("task", "farm", "render", number).stdout)
+        self.assertIn("render: 10 of 10 frames", self.farm("status", "farm").stdout)
+        self.run_tasks()
+        self.assert_same_frames("frames")
+
+    def test_frames_of_other_settings_from_another_division_are_told(self):
+        self.farm("--chunk", 5, "--frame-seconds", 1, *self.render, "--out", "frames")
+        self.farm("task", "farm", "render", 0)
+        manifest = self.root / "farm/parts/render/000000-000004/centre/manifest.json"
+        manifest.write_text(json.dumps({**json.loads(manifest.read_text()), "fingerprint": "0"}))  # as of another build
+        self.farm("--chunk", 10, "--frame-seconds", 1, *self.render, "--out", "frames")
+        self.assertIn("expected fingerprint 0 as in the frames there", self.farm("task", "farm", "render", 0, status=1).stderr)
+
     def test_another_eyes_frames_are_not_the_jobs_and_geometry_is(self):
         self.started(*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--eye", "left", "--out", "frames").check_returncode()
         self.farm("--chunk", 5, "--frame-seconds", 3, *self.render, "--out", "frames")
@@ -128,6 +145,16 @@ class Divided(Farm):
         self.assertEqual(list((self.root / "frames").rglob("*.part")), [], "what was put together is kept once")
         self.assertIn("0 frames rendered, 4 kept", self.farm("task", "farm", "render", 0).stdout)
 
+    def test_frames_beside_those_of_a_job_in_parts_are_not_counted(self):
+        words = (*RENDER[:2], *RENDER[4:], "--spp", "1")
+        self.started(*words, "--frames", "0-1", "--out", "frames").check_returncode()
+        self.started(*words, "--frames", "0-1", "--part", "1/2", "--out", "frames").check_returncode()
+        self.farm("--parts", 3, "--frame-seconds", 1, *words, "--frames", "2-3", "--out", "frames")
+        self.started(*words, "--frames", "1-2", "--part", "1/3", "--out", "frames").check_returncode()
+        self.assertIn("render: 0 of 2 frames, and 1 parts of others", self.farm("status", "farm").stdout)
+        self.run_tasks()
+        self.assertIn("render: 2 of 2 frames", self.farm("status", "farm").stdout)
+
     def test_parts_of_several_frames_at_once(self):
         several = (*RENDER[:2], "--frames", "0-3", *RENDER[4:], "--spp", "1")
         self.started(*several, "--out", "four").check_returncode()
@@ -155,9 +182,17 @@ class Divided(Farm):
         self.assertEqual([is_encoded(), is_encoded()], [True, False])
         video.unlink()
         self.assertEqual([is_encoded(), is_encoded()], [True, False])
-        frame.touch()
-        self.assertIn("encode: 0 of 1 tasks", self.farm("status", "farm").stdout)
-        self.assertEqual([is_encoded(), is_encoded()], [True, False])
+        for written in (None, (1000, 1000)):  # an older frame in its place is another one, too
+            frame.touch()
+            if written:
+                os.utime(frame, written)
+            self.assertIn("encode: 0 of 1 tasks", self.farm("status", "farm").stdout)
+            self.assertEqual([is_encoded(), is_encoded()], [True, False])
+        done = self.root / "farm/done/encode-0"
+        done.write_text(done.read_text().splitlines()[0] + "\n")  # as it was written before frames were noted
+        self.assertFalse(is_encoded())
+        os.utime(done, (900, 900))
+        self.assertTrue(is_encoded())
         self.assertEqual(json.loads(self.farm("--json", "status", "farm").stdout)["steps"][-1], {"step": "encode", "done": 1, "of": 1, "what": "tasks"})
 
     def test_a_settings_file_counts_as_the_command_line_does(self):
@@ -205,9 +240,39 @@ class Divided(Farm):
         self.assertGreater(render["limit"], render["seconds"])
         self.farm("--minutes", "0.1", *self.render, "--out", "frames", "--json")
         self.assertEqual(self.plan()["measured"]["render"], measured, "or its tasks would be others, and what is finished rendered again")
-        (self.root / "farm/plan.json").write_text('{"format": "equistream farm 1"}')
-        self.farm("--frame-seconds", 1, *self.render, "--out", "frames")
-        self.assertEqual(self.plan()["steps"][0]["name"], "render", "a damaged plan makes way")
+        ours = '{"format": "equistream farm 1"'
+        for damaged in ("", "{", ours + "}", '{"format": "equistream farm 2"}', ours + ', "steps": [{"first": -1}]}'):
+            with self.subTest(damaged):
+                (self.root / "farm/plan.json").write_text(damaged)
+                self.farm("--frame-seconds", 1, *self.render, "--out", "frames")
+                self.assertEqual(self.plan()["steps"][0]["name"], "render", "a damaged plan makes way")
+
+    def test_what_a_killed_measurement_has_left_goes(self):
+        host, ended = socket.gethostname(), subprocess.run(["sh", "-c", "echo $$"], capture_output=True, text=True).stdout.strip()
+        names = {f"measured-{host}-{ended}-ab_9": False, f"measured-{host}-{os.getpid()}-ab_9": True, f"measured-{host}x-{ended}-ab_9": True,
+                 f"measured-{host}-x-{ended}-ab_9": True}
+        for name in names:
+            (self.root / "farm" / name / "1").mkdir(parents=True)
+        self.farm(*self.render, "--out", "frames")
+        self.assertEqual({folder.name for folder in (self.root / "farm").glob("measured-*")}, {name for name, stays in names.items() if stays})
+
+    def test_a_measurement_ends_with_a_killed_farm(self):
+        programs = self.root / "waiting"
+        programs.mkdir(exist_ok=True)
+        (programs / "equistream").write_text("#!/bin/sh\necho $$ > started.new && mv started.new started\nexec sleep 1000\n")
+        (programs / "equistream").chmod(0o755)
+        farm = subprocess.Popen([sys.executable, "-B", FARM, "--bin", programs, *self.render, "--out", "frames"], cwd=self.root)
+        self.until(lambda: (self.root / "started").exists())
+        farm.kill()
+        farm.wait()
+        process = pathlib.Path("/proc") / (self.root / "started").read_text().strip()
+        self.until(lambda: not process.exists() or ") Z " in (process / "stat").read_text())
+
+    def until(self, is_so, patience_s=20):
+        end = time.monotonic() + patience_s
+        while not is_so():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
 
     def test_a_frame_that_takes_too_long_is_divided(self):
         self.farm("--minutes", 10, "--frame-seconds", 1500, *self.render, "--out", "frames")

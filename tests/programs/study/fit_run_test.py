@@ -25,6 +25,16 @@ from independent import Programs  # noqa: E402
 PROGRAMS = Programs(sys.argv.pop(1))
 SMALL = ("--eye-size", "160x90", "--frames", "30-31", "--truth-spp", 16, "--most-spp", 8, "--widest", 1)
 WANTED_DB = 16
+ROOM = """mtllib room.mtl
+usemtl grey
+v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4
+v -1 0 -3\nv 1 0 -3\nv 1 2 -3\nv -1 2 -3
+f 4 3 2 1\nf 5 6 7 8
+"""
+"""A floor and a wall on it."""
+GREY = "newmtl grey\nKd {0} {0} {0}\n"
+STILL = {"model": "room.obj", "sky": {"radiance": 1}, "camera": {"keys": [{"time_s": 0, "position_m": [0, 1.6, 1]}]}}
+LEAST = ("--eye-size", "64x64", "--truth-spp", 4, "--most-spp", 1, "--widest", 0.5)
 
 
 class Fit(unittest.TestCase):
@@ -113,6 +123,23 @@ class Fit(unittest.TestCase):
         PROGRAMS.run("play", self.root / "window.mp4", "--size", "160x90", "--fill", "pushpull", "--out", self.root / "base-alone", "--progress", "none")
         self.assertIn("--fill names no base", json.loads((self.root / "base-alone/report.json").read_text())["notes"][-1])
 
+    def room(self, folder):
+        """Its description and its materials."""
+        files = [self.root / folder / f"room.{end}" for end in ("json", "mtl", "obj")]
+        files[0].parent.mkdir()
+        for file, text in zip(files, (json.dumps(STILL), GREY.format(0.5), ROOM)):
+            file.write_text(text)
+        return files[:2]
+
+    def test_another_material_is_another_scene(self):
+        scene, materials = self.room("room")
+        for grey, is_new in ((0.5, True), (0.5, False), (0.9, True), (0.5, False)):
+            materials.write_text(GREY.format(grey))
+            said = self.fit(scene, "--db", 70, *LEAST, code=1).stderr  # not to be had, which is soon known
+            self.assertEqual("step 1" in said, is_new, said)
+            self.assertIn("not to be had", said)
+        self.assertEqual(len(list((self.root / "room-fit").iterdir())), 2)
+
     def look_around(self, stream, settings):
         display = Display()
         self.addCleanup(display.close)
@@ -122,10 +149,17 @@ class Fit(unittest.TestCase):
         self.assertGreater(json.loads(done.stdout)["refreshes"], 0)
 
     def test_bad_words_are_one_line_and_two(self):
+        named = PROGRAMS.scene("pavilion", self.root / "named").rename(self.root / "named/mini-model.json")
+        (self.root / "it's \"mine\"").mkdir()
         for words, what in (((self.root / "none.json", "--db", 30), "found no such file"), ((self.scene, "--db", "loud"), "found 'loud'"),
                             ((self.scene, "--db", 30, "--frames", "9-1"), "found '9-1'"),
                             ((self.scene, "--db", 30, "--window", "400x90"), "found '400x90'"), ((self.scene, "--db", 30, "--frames", "0-9999"), "found 9999"),
-                            ((self.scene, "--db", 30, "--out", "none/here.ini"), "found none/here.ini")):
+                            ((self.scene, "--db", 30, "--out", "none/here.ini"), "found none/here.ini"),
+                            ((named, "--db", 30, "--out", self.root / "named/mini.ini"), "expected names that are not the scene's, found"),
+                            ((self.scene, "--db", 30, "--out", self.scene), "expected names that are not the scene's, found"),
+                            ((self.scene, "--db", 30, "--out", self.scene.with_suffix(".glb")), "expected names that are not the scene's, found"),
+                            ((self.scene, "--db", 30, "--out", "it's \"mine\"/a.ini"), "expected a path without line ends and without both kinds of quotes"),
+                            ((self.scene, "--db", 30, "--out", "a\nb.ini"), "expected a path without line ends")):
             said = self.fit(*words, code=2).stderr
             self.assertIn(what, said)
             self.assertEqual(len(said.splitlines()), 1, said)

@@ -1,18 +1,22 @@
 """What `equistream fit` chooses, on curves whose answers are known in closed form."""
 
 import dataclasses
+import json
 import math
+import pathlib
+import tempfile
 import types
 import unittest
 import unittest.mock
 
-from fit import window_for
+from fit import path_frames, require_same_scene, window_for
 from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting import trial as fit_trial
 from fitting.choice import Chosen, Fit, Unreachable, most_for_bytes
-from fitting.report import sections_of, settings_text
-from fitting.work import NARROWEST, Asked, Fill, Light, Point, base_width, by_scene, by_streamed_depth, density
+from fitting.report import quoted, sections_of, settings_text
+from fitting.work import NARROWEST, Asked, Fill, FitWork, Light, Point, base_width, by_scene, by_streamed_depth, density
+from options import without_remark
 from render_list import size_text
 from steps import Failed
 
@@ -259,6 +263,16 @@ class Window(unittest.TestCase):
         self.assertIn("not tried", fit.why[-1])
 
 
+class Gaps(unittest.TestCase):
+    def test_where_noise_made_the_error_negative_nothing_is_filled(self):
+        point = Point(by_scene(Fill(), False, Light(1)), 512, 30, 40, 40, None, 1000)
+        measure = types.SimpleNamespace(at=lambda *_: point, gap_error=lambda _point: (0.0, -1e-9))
+        fit = Fit(None, Asked((640, 360), 90.0, 30, 31, 64, 64, 1), "h264", 30, 300, measure)
+        fit.light = Light(1)
+        self.assertEqual(fit.fill(512, 30), Fill())
+        self.assertIn("gaps hold 0 % of the error", fit.why[0])
+
+
 class StreamedDepth(unittest.TestCase):
     """Depth errs the more the narrower the sphere is."""
 
@@ -347,8 +361,53 @@ class Words(unittest.TestCase):
         self.assertTrue(text.startswith("# why\n\n[render]\neye = centre\n"))
         self.assertNotIn("[model]", text)
 
+    def test_any_path_and_remark_can_be_read_again(self):
+        self.assertEqual(quoted('/a "b".json'), "'/a \"b\".json'")
+        for path in ('/a "b".json', "/it's.json", "/a #1.json"):
+            self.assertEqual(without_remark(quoted(path)), path)
+        self.assertEqual(settings_text(["one\ntwo\r\n[play]", "three"], {}), "# one two [play]\n# three\n")
+
     def test_a_table_lines_up(self):
         self.assertEqual(fit_report.aligned([["a", "b"], ["ccc", "1"]]), ["a    b", "ccc  1"])
+
+
+class Scene(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+
+    def written(self, name, content):
+        (self.folder / name).write_text(content if isinstance(content, str) else json.dumps(content))
+        return self.folder / name
+
+    def test_frames_are_those_that_render_counts(self):
+        for rate, count in ((None, {0.02: 1, 2.99: 90, 5.0: 151}), (24, {0.99: 24, 1.0: 25})):
+            scene = self.written("a.json", {"frames_per_second": rate} if rate else {})
+            for duration_s, frames in count.items():
+                self.assertEqual(path_frames(types.SimpleNamespace(info={"path_duration_s": duration_s}, scene=scene)), frames)
+
+    def test_one_that_has_changed_meanwhile_is_told(self):
+        options = types.SimpleNamespace(bin=self.folder, scene=self.written("a.json", {}), info={"fingerprint": "1"})
+        with unittest.mock.patch("fit.measured_json", lambda *_: {"fingerprint": "1"}):
+            require_same_scene(options)
+        with unittest.mock.patch("fit.measured_json", lambda *_: {"fingerprint": "2"}), self.assertRaisesRegex(Failed, "found it changed; run it again"):
+            require_same_scene(options)
+
+    def bytes_of(self, model, content):
+        self.written(model, content)
+        given = self.written("a.json", {"model": model, "camera": {"keys": []}})
+        work = types.SimpleNamespace(given=given, info={"texture_bytes": 1000})
+        return FitWork.scene_bytes(work) - given.stat().st_size - (self.folder / model).stat().st_size
+
+    def test_what_is_sent_of_a_whole_scene_is_with_what_its_model_names(self):
+        self.written("my buffer.bin", "12345")
+        self.written("a.png", "123")
+        gltf = {"buffers": [{"uri": "my%20buffer.bin"}, {"uri": "data:,1"}, {}],
+                "images": [{"uri": "a.png"}, {"uri": "a.png"}, {"uri": "none.png"}, {"bufferView": 0}]}
+        self.assertEqual(self.bytes_of("a.gltf", gltf), 8)
+        self.assertEqual(self.bytes_of("a.obj", "mtllib a.mtl"), 1000)
+        self.assertEqual(self.bytes_of("a.glb", "images lie in it"), 0)
 
 
 class Trial(unittest.TestCase):
@@ -381,6 +440,10 @@ class Trial(unittest.TestCase):
         self.assertEqual(self.measured(0.001, 0.001, 0.001).trials, 3)  # seeds that are not there are not asked for
         self.assertEqual(self.measured(0.001, 0.00101, 0.00099).trials, 3)  # 0.044 dB of deviation: known within 0.11
         self.assertEqual(self.measured(0.001, 0.00102, 0.00098, 0.001).trials, 4)  # within 0.22, and then within 0.11
+
+    def test_frames_without_an_error_are_told(self):
+        with self.assertRaisesRegex(Failed, "expected frames whose error is known, found 2 without"):
+            self.measured(0, 0, 0)
 
     def test_the_figures_are_the_trials(self):
         chosen, why = self.tried(lambda crf: 25.1, 25)

@@ -95,6 +95,7 @@ class Steps(unittest.TestCase):
 
     def test_more_steps_than_expected_are_as_many_as_there_are(self):
         self.assertEqual(self.said("auto", 3, 5)[4].split(":")[0], "step 5 of 5")
+        self.assertIsNone(json.loads(self.said("json", 3, 5)[4])["seconds_left"])
 
     def test_json_has_the_keys_of_other_commands_and_none_says_nothing(self):
         last = json.loads(self.said("json", 36, 12)[11])

@@ -7,12 +7,14 @@ Filtered spheres: two seeds, so that noise cancels: the mean of the products of 
 where the filters are the same. Moving the filtered one by half a column of the wide one is what another filter would look like.
 """
 
+import json
 import pathlib
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import equistream as es
 import numpy as np
@@ -83,6 +85,29 @@ class Parts(unittest.TestCase):
             for one, other in zip(*(es.Sequence(folder / eye) for folder in folders), strict=True):
                 self.assertEqual(one.info.camera_pose, other.info.camera_pose)
                 self.assertTrue((one["colour"] == other["colour"]).all())
+
+    def test_half_of_a_record_counts_for_nothing(self):
+        spec, work = render_list.perspective(PRESET, 1), self.work("cut")
+        work.render_part(spec, work.first, work.first)
+        work.expect_scene()
+        before = work.render_records(), work.measuring_cpu_s()
+        self.assertEqual(len(before[0]), 1)
+        steps = work.folder / "steps"
+        for name in ("part-x-0-1.json", "render-x.json", "play-x.json"):
+            (steps / name).write_text("")
+        record = json.loads((steps / f"{before[0][0]['name']}.json").read_text())
+        (steps / "render-y.json").write_text(json.dumps(record))
+        (steps / "render-y.out").write_text("")
+        self.assertEqual((work.render_records(), work.measuring_cpu_s()), before)
+
+    def test_steps_are_of_the_scene_with_all_that_its_model_names(self):
+        fingerprints = ["a", "b", "b"]
+        with unittest.mock.patch("scene_work.fingerprint_of", lambda program, description: fingerprints.pop(0)):
+            for expected in ("a", "b", "b"):
+                work = self.work("changed")
+                work.expect_scene()
+                self.assertEqual(json.loads((work.folder / "steps/scene-info.json").read_text())["context"]["scene"], expected)
+                self.assertEqual(work.steps.progress.done, {"a": 2, "b": 1}[expected] if fingerprints else 0)
 
 
 if __name__ == "__main__":

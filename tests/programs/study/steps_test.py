@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Steps are skipped as long as what they would make is what is there, and no longer."""
 
+import errno
 import json
 import os
 import pathlib
@@ -11,11 +12,14 @@ import tempfile
 import threading
 import time
 import unittest
+from unittest import mock
 
-from steps import Failed, Steps, scene_files
+from gathered import linked
+from steps import Failed, Steps, scene_files, write_whole
 
 PATIENCE_S = 20
 PROGRAM = '#!/bin/sh\ncp "$2" "$4" && echo run >> runs\n'
+TOUCHES = '#!/bin/sh\ntouch "$4" && echo run >> runs\n'
 
 
 def folder_with_program(test, text):
@@ -82,6 +86,87 @@ class SkippedSteps(unittest.TestCase):
         self.assertEqual(self.run_step("--loud"), 4)
         self.assertEqual((self.work / "made").read_text(), "2")
 
+    def test_an_older_file_in_its_place_is_another_input(self):
+        self.assertEqual(self.run_step(), 1)
+        self.write("other", "2", at=900)
+        os.replace(self.work / "other", self.work / "given/a")
+        self.assertEqual(self.run_step(), 2)
+        self.assertEqual((self.work / "made").read_text(), "2")
+        self.program.write_text(TOUCHES)
+        self.write("given/b", "3", at=950)
+        self.assertEqual([self.run_step(given="given"), self.run_step(given="given")], [3, 3])
+        a, b = self.work / "given/a", self.work / "given/b"
+        for file, name in ((a, "c"), (b, "a"), (self.work / "given/c", "b")):
+            file.rename(self.work / "given" / name)
+        self.assertEqual(self.run_step(given="given"), 4, "files that changed places are others")
+
+    def test_what_changes_while_a_program_runs_is_another_input(self):
+        self.program.write_text(PROGRAM + '[ -e edited ] || { touch edited && printf 2 > "$2"; }\n')
+        self.assertEqual([self.run_step(), self.run_step(), self.run_step()], [1, 2, 2])
+
+    def test_files_behind_links_are_inputs(self):
+        self.program.write_text(TOUCHES)
+        (self.work / "both").mkdir()
+        (self.work / "both/left").symlink_to("../given")
+        self.assertEqual([self.run_step(given="both"), self.run_step(given="both")], [1, 1])
+        self.write("given/a", "22", at=1000)
+        self.assertEqual(self.run_step(given="both"), 2)
+
+    def test_what_it_makes_is_no_input_by_whatever_word(self):
+        self.program.write_text('#!/bin/sh\nmkdir -p scene pictures && date +%N > scene/a && cp scene/a pictures && echo run >> runs\n')
+        steps = Steps(self.work, self.work / "bin", {}, {})
+        for _ in range(2):
+            steps.run("scene", "scene", "generate", "scene", "--out", "scene")
+            steps.run("info", "info", "given/a", "--pictures", "pictures")
+        self.assertEqual((self.work / "runs").read_text().count("run"), 2)
+
+    def test_records_of_before_are_as_good_as_their_inputs_are_old(self):
+        self.assertEqual(self.run_step(), 1)
+        file = self.work / "steps/copy.json"
+        file.write_text(json.dumps({key: value for key, value in json.loads(file.read_text()).items() if key != "inputs"}))
+        self.assertEqual(self.run_step(), 1)
+        self.write("given/a", "2", at=time.time() + 10)
+        self.assertEqual(self.run_step(), 2)
+
+    def test_another_scene_is_and_one_that_no_record_names_is_not(self):
+        def runs(fresh, settings):
+            for each in settings:
+                Steps(self.work, self.work / "bin", {}, each).run("copy", "do", "given/a", "--out", "made", fresh=fresh)
+                yield (self.work / "runs").read_text().count("run")
+
+        for fresh in (None, "made"):
+            for file in (self.work / "runs", self.work / "steps/copy.json"):
+                file.unlink(missing_ok=True)
+            self.assertEqual(list(runs(fresh, ({}, {"scene": "a"}, {"scene": "b"}))), [1, 1, 1])
+            (self.work / "steps/copy.json").unlink()
+            self.assertEqual(list(runs(fresh, ({"scene": "a"}, {"scene": "a"}, {"scene": "b"}, {"scene": "b"}))), [2, 2, 3, 3])
+
+    def test_a_record_that_is_kept_is_of_the_inputs_as_they_are(self):
+        """Of a render whose frames were there: it says again what it said when it made them."""
+        self.program.write_text('#!/bin/sh\necho run >> runs\n[ -e made ] && echo \'{"frames_rendered": 0}\' || echo \'{"frames_rendered": 3}\'\ntouch made\n')
+        steps = Steps(self.work, self.work / "bin", {}, {})
+
+        def render():
+            with steps.keeping("render", lambda report: json.loads(report)["frames_rendered"] > 0):
+                steps.run("render", "render", "given/a", "--json", "--out", "made", fresh="made")
+            return (self.work / "runs").read_text().count("run"), json.loads(steps.output_of("render"))["frames_rendered"]
+
+        self.assertEqual([render(), render()], [(1, 3), (1, 3)])
+        record = json.loads((self.work / "steps/render.json").read_text())
+        self.write("given/a", "2", at=900)
+        self.assertEqual([render(), render()], [(2, 3), (2, 3)])
+        self.assertEqual({**json.loads((self.work / "steps/render.json").read_text()), "inputs": None}, {**record, "inputs": None})
+
+    def test_half_of_what_it_said_is_nothing(self):
+        self.program.write_text("#!/bin/sh\necho run >> runs\necho '{}'\n")
+        steps = Steps(self.work, self.work / "bin", {}, {})
+        for left in (None, "", "{"):
+            if left is not None:
+                (self.work / "steps/say.out").write_text(left)
+            steps.run("say", "say", "--json")
+            self.assertEqual(steps.output_of("say"), "{}\n")
+        self.assertEqual((self.work / "runs").read_text().count("run"), 3)
+
     def test_again_means_all_but_renders(self):
         steps = Steps(self.work, self.work / "bin", {}, {})
         runs = []
@@ -140,6 +225,37 @@ class SkippedSteps(unittest.TestCase):
         with self.assertRaises(Failed):
             steps.run("copy", "fail")
         self.assertEqual(steps.output_of("copy"), "said\n")
+
+
+def writes_half(file, content):
+    """As on a full disk, which says no name."""
+    with open(file, "wb") as out:
+        out.write(content[:len(content) // 2])
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+class FullDisk(unittest.TestCase):
+    def test_it_is_said_of_which_file_and_no_half_of_it_stays(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file, source = pathlib.Path(folder) / "a.json", pathlib.Path(folder) / "source"
+            file.write_text("before")
+            source.write_text("1234")
+
+            def copies_half(source, target):
+                writes_half(target, source.read_bytes())
+
+            with mock.patch.object(pathlib.Path, "write_bytes", writes_half), self.assertRaises(OSError) as full:
+                write_whole(file, "after")
+            with mock.patch("os.link", side_effect=OSError(errno.EPERM, "no links")):
+                with mock.patch("shutil.copyfile", copies_half), self.assertRaises(OSError) as copied:
+                    linked(source, pathlib.Path(folder) / "b")
+                with self.assertRaises(OSError) as missing:
+                    linked(pathlib.Path(folder) / "none", pathlib.Path(folder) / "b")
+            for error, name in ((full, "a.json"), (copied, "b")):
+                self.assertEqual((error.exception.errno, error.exception.filename), (errno.ENOSPC, f"{folder}/{name}"))
+            self.assertEqual(str(missing.exception.filename), f"{folder}/none")
+            self.assertEqual(file.read_text(), "before")
+            self.assertEqual(sorted(path.name for path in pathlib.Path(folder).iterdir()), ["a.json", "source"])
 
 
 class BesideEachOther(unittest.TestCase):

@@ -6,8 +6,10 @@ import contextlib
 import io
 import json
 import math
+import os
 import shutil
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
@@ -22,7 +24,7 @@ import render_list
 import study_run
 from charts import window as window_tables
 from experiments import moved, where, window
-from experiments.systems import SYSTEMS
+from experiments.systems import SYSTEMS, Player
 from PIL import Image
 from presets import PRESETS
 from tables import systems
@@ -112,6 +114,25 @@ class Kept(unittest.TestCase):
     def test_psnr_is_of_whichever_comparison_has_it(self):
         self.assertAlmostEqual(found.psnr(NEW), 20)
         self.assertAlmostEqual(found.psnr(OLD), 20)
+
+    def test_no_depth_code_suffices_where_the_head_box_touches_a_triangle(self):
+        info = {"triangles": 1000, "unique_triangles": 1000, "textures": 0, "path_length_m": 1, "turn_deg": 90, "nearest_m": 0.01, "sphere_width": 6032}
+        self.assertEqual([systems.scene_row("mine", {**info, "depth_levels": levels})[-1] for levels in (None, 1234.0)], ["-", "1234"])
+
+    def test_a_copied_work_folder_shows_its_own_pictures(self):
+        with tempfile.TemporaryDirectory() as holder:
+            work, copy, moved = (Path(holder).resolve() / name for name in ("work", "copy", "moved"))
+            for eye, view in (("left", "a"), ("right", "b")):
+                (work / f"views/{view}/{eye}").mkdir(parents=True)
+            (work / "views/a-with-b").mkdir()
+            (work / "views/a-with-b/left").symlink_to(work / "views/a/left")  # as it was made before
+            shutil.copytree(work, copy, symlinks=True)
+            for folder in (work, copy):
+                self.assertEqual(Player(types.SimpleNamespace(folder=folder)).each_eye_of_its_own(["views/a", "views/b"]), "views/a-with-b")
+            work.rename(moved)
+            for folder in (copy, moved):
+                self.assertEqual([os.path.realpath(folder / f"views/a-with-b/{eye}") for eye in ("left", "right")],
+                                 [str(folder / "views/a/left"), str(folder / "views/b/right")])
 
     def test_how_well_whole_errors_are_known(self):
         errors = list(found.whole_errors({"systems": [NEW, OLD], "settings": {"crfs": [16, 24]}}))
