@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 namespace equistream {
 
@@ -130,20 +132,30 @@ public:
 
 private:
     std::vector<int> block_columns_in_order() const {
-        std::vector<std::pair<double, int>> order;
+        struct Block {
+            double latest, earliest;
+            int column;
+        };
+        std::vector<Block> order;
         for (int block_x = 0; block_x < task_.lattice.block_columns(); ++block_x) {
             const int first = std::max(task_.lattice.first_column() + block_x * LatticeBlock::side, 0);
             const int last = std::min(first + LatticeBlock::side, task_.lattice.width()) - 1;
-            // The latest of its columns counts: what an epipole is in goes last, however far it reaches.
-            double key = order_.earliness(first);
-            for (int x = first + 1; x <= last; ++x)
-                key = std::min(key, order_.earliness(x));
-            order.emplace_back(-key, block_x);
+            Block block{order_.earliness(first), order_.earliness(first), block_x};
+            for (int x = first + 1; x <= last; ++x) {
+                block.latest = std::min(block.latest, order_.earliness(x));
+                block.earliest = std::max(block.earliest, order_.earliness(x));
+            }
+            order.push_back(block);
         }
-        std::ranges::sort(order);
+        // The latest of its columns counts: the block that an epipole is in goes last, however far it reaches. So does
+        // the one first that the order begins in: a narrow block beside it may hold none of so late columns.
+        const auto begin = std::ranges::max_element(order, {}, &Block::earliest);
+        if (begin != std::ranges::min_element(order, {}, &Block::latest))
+            begin->latest = std::numeric_limits<double>::infinity();
+        std::ranges::stable_sort(order, std::ranges::greater(), &Block::latest);
         std::vector<int> columns;
-        for (const auto& [key, block_x] : order)
-            columns.push_back(block_x);
+        for (const Block& block : order)
+            columns.push_back(block.column);
         return columns;
     }
 

@@ -212,6 +212,19 @@ TEST_F(GlClients, TexturesAreOfTheLastPicturesDrawnOrRendered) {
     EXPECT_EQ(rendered.height[1], 50);
 }
 
+TEST_F(GlClients, HaveNoTexturesOfPicturesThatCouldNotBeDrawn) {
+    Client client(settings(ES_BACKEND_OPENGL));
+    const HostPicture host({330, 100});
+    es_gl_target targets[2] = {host.at(0, 0), host.at(165, 0)};
+    client.draw(client.request(160, 100, pi / 2), targets);
+    EXPECT_EQ(client.textures().width[0], 160);
+    {
+        const NoMemory none;
+        EXPECT_THROW(client.draw(client.request(80, 50, pi / 2), targets), ClientError);
+    }
+    EXPECT_THROW(client.textures(), ClientError);
+}
+
 TEST_F(GlClients, PassOverAPictureOfAnotherSizeThanItIsTaggedWith) {
     const synthetic::Folder streams;
     const std::string file = streams / "a.nut";

@@ -284,5 +284,45 @@ TEST(FillPasses, GeometryIsLitAsWhatIsSeenOfIt) {
         << evidence(scene.picture.rgb().view(), scene.truth.rgb.view());
 }
 
+/// A leaf with a fold in one column: that faces the eye, what is to the left of it faces aside, and what is to the
+/// right nearly so.
+class FoldedLeaf : public GeometryColour {
+public:
+    static constexpr int width = 32, fold = 11;
+
+    void set_time(double) override {}
+    void cast(std::span<const GeometryRay> rays, std::span<GeometryHit> hits) override {
+        constexpr float facing = 0.234f;  // to the fourth power 0.003
+        const glm::vec3 left(1, 0, 0), middle(0, 0, 1), right(std::sqrt(1 - facing * facing), 0, facing);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const glm::vec3 d = rays[i].direction;
+            const int column = int(0.5f * float(width) * (1 - d.x / d.z));
+            hits[i] = {2.0f, glm::vec3(0.5f), column < fold ? left : column == fold ? middle : right, 1u, true};
+        }
+    }
+};
+
+/// What faces elsewhere counts for little, but never against: light is a mean of what is seen around.
+TEST(FillPasses, GeometrysLightIsAMeanOfWhatIsSeen) {
+    const EyeView eye{{FoldedLeaf::width, 32, pi / 2}, {}};
+    constexpr std::uint8_t bright = 188, dark = 99;  // 0.5 and 0.125, linear
+    EyePicture picture;
+    picture.reset(eye.camera);
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < FoldedLeaf::width; ++x)
+            if (x != FoldedLeaf::fold) {
+                std::fill_n(picture.rgba.pixel(x, y), 3, x < FoldedLeaf::fold ? bright : dark);
+                picture.rgba.pixel(x, y)[3] = 255;
+                *picture.origin.pixel(x, y) = std::uint8_t(PixelOrigin::source);
+            }
+    FoldedLeaf geometry;
+    const FillChain chain = make_fill_chain("geometry");
+    chain[0]->set_frame({.geometry = &geometry});
+    EXPECT_EQ(chain[0]->fill(eye, picture), 32);
+    for (int y = 0; y < 32; ++y)
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(picture.rgba.pixel(FoldedLeaf::fold, y)[c], 124, 3) << "one part of 0.5, four of 0.125";
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -1,6 +1,7 @@
 #include "filled_pictures.h"
 #include "gl_fixture.h"
 
+#include <client/fill/gl/fill_pass.h>
 #include <client/fill/gl/gap_resample.h>
 #include <client/fill/gl/push_pull.h>
 #include <tests/unit/client/analytic_scene.h>
@@ -242,6 +243,80 @@ TEST_F(GlPasses, PassMirrorsOverAsTheCpuDoes) {
             EXPECT_LT(count(by_itself), all - 2000);
         }
     }
+}
+
+}  // namespace
+
+namespace {
+
+/// What gap pixels see where the eyes have no depth of their own, as 1 / planar depth.
+class GlFoundDepth : public Gl {
+protected:
+    GlFoundDepth() {
+        scene.forget_eye_depth();
+        targets.size_for(scene.camera, 1);
+        upload(scene.unfilled, 0, targets);
+        targets.upload_depth(0, scene.camera, scene.unfilled.depth_m.view());
+        gaps.find(targets);
+    }
+    FloatImage inverses() const {
+        const gl::Size size = targets.size();
+        FloatImage image(size.width, size.height, 1);
+        gl::download(targets.depth().texture, 0, size, {GL_RED, GL_FLOAT, sizeof(float)}, image.pixel(0, 0),
+                     std::size_t(size.width) * sizeof(float));
+        return image;
+    }
+    bool is_gap(int x, int y) const { return *scene.unfilled.origin.pixel(x, y) == std::uint8_t(PixelOrigin::gap); }
+    /// Of all pixels, or of those that are no gaps.
+    int differing(const FloatImage& a, const FloatImage& b, bool in_gaps) const {
+        int count = 0;
+        for (int y = 0; y < scene.camera.height; ++y)
+            for (int x = 0; x < scene.camera.width; ++x) {
+                const float p = *a.pixel(x, y), q = *b.pixel(x, y);
+                count += (in_gaps || !is_gap(x, y)) && !(p == q || (std::isnan(p) && std::isnan(q)));
+            }
+        return count;
+    }
+
+    FillScene scene;
+    gl::TargetsWithDepth targets;
+    gl::GapTiles gaps;
+    gl::FoundDepth found;
+};
+
+/// In gaps alone; what was drawn from one picture is forgotten before another one is asked.
+TEST_F(GlFoundDepth, OfPatchesIsTheirsUntilItIsForgotten) {
+    Patches made;
+    made.render_from(scene.left);
+    const PatchesView patches = made.view(scene.left);
+    gl::PatchTextures textures;
+    textures.upload(patches);
+    const gl::EyeDepth depth = targets.depth();
+    const gl::GapTargets to{std::span(&scene.eye, 1), depth, gaps, targets};
+    const FloatImage before = inverses();
+    found.draw_forward(patches, textures, to);
+    const FloatImage drawn = inverses();
+    EXPECT_EQ(differing(drawn, before, false), 0);
+    const EyeRays rays(scene.camera, {}, {});
+    int open = 0, known = 0, off = 0;
+    for (int y = 0; y < scene.camera.height; ++y)
+        for (int x = 0; x < scene.camera.width; ++x) {
+            if (!is_gap(x, y))
+                continue;
+            ++open;
+            const float inverse = *drawn.pixel(x, y);
+            known += !std::isnan(inverse);
+            off += std::abs(inverse * *scene.truth.depth_m.pixel(x, y) / rays.length(x, y) - 1) > 0.03f;
+        }
+    EXPECT_GT(open, 300);
+    EXPECT_GT(known, 0.9 * open);
+    EXPECT_LT(off, 0.2 * open) << "the ball's rim";
+
+    found.forget(to);
+    const FloatImage forgotten = inverses();
+    EXPECT_EQ(differing(forgotten, before, true), 0);
+    found.draw_forward(patches, textures, to);
+    EXPECT_EQ(differing(inverses(), drawn, true), 0);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <client/model/client_model.h>
+#include <client/model/model_draft.h>
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <scenes/embree/bvh.h>
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <filesystem>
 #include <random>
+#include <utility>
 
 namespace equistream::test {
 namespace {
@@ -216,6 +218,57 @@ TEST_F(ClientModelTest, WhatIsPlacedMoreThanOnceKeepsTheBoundToo) {
             const double r = hit_distance(theirs, {}, towards), used = hit_distance(ours, {}, towards);
             EXPECT_LT(std::abs(box_m / (r - box_m) - box_m / (used - box_m)), 2 * error_rad) << i << ", " << k;
         }
+}
+
+/// Of a triangle looked at square on, what its nearest point may; of one that stands on edge, a quarter of the box.
+TEST(HeadBoxes, AllowWhatTheNearestPointMay) {
+    constexpr double box_m = 0.1;
+    const HeadBoxes boxes(PosePath({PosePath::Key{0, {}}}, "test"), box_m);
+    const TriangleCorners ahead{{-1, -1, -5}, {1, -1, -5}, {0, 1, -5}};
+    EXPECT_NEAR(boxes.distance_m(ahead), 5, 1e-9);
+    EXPECT_NEAR(boxes.allowed_m(ahead, 5, error_rad), allowed_displacement_m(5, 1, box_m, error_rad), 1e-9);
+    const TriangleCorners on_edge{{0, 0, -5}, {0, 0.1f, -5}, {0, 0, -5.1f}};
+    EXPECT_NEAR(boxes.allowed_m(on_edge, 5, error_rad),
+                allowed_displacement_m(5, 0.25 * box_m / 5.05, box_m, error_rad), 2e-2 * error_rad);
+    EXPECT_EQ(boxes.allowed_m(ahead, box_m, error_rad), 0);
+}
+
+/// What touches what is seen is kept with it, and movers whole, whichever of the objects is the scene's first.
+TEST(ModelDrafts, KeepWhatTouchesWhatIsSeen) {
+    const auto triangle = [](const std::string& name, const glm::vec3& at, const glm::vec3& side) {
+        Mesh mesh;
+        mesh.name = name;
+        mesh.positions = {at, at + side, at + glm::vec3(0, 1, 0)};
+        mesh.triangles.emplace_back(0u, 1u, 2u);
+        return mesh;
+    };
+    SceneDescription still;
+    still.camera_path = PosePath({PosePath::Key{0, {}}}, "test");
+    SceneDescription moving = still;
+    moving.moving.push_back({"left", still.camera_path});
+    const HeadBoxes boxes(still.camera_path, 0.1);
+    const auto kept = [&](const SceneModel& model, const SceneDescription& description, SeenTriangles seen) {
+        ModelDraft draft(model, description, boxes, error_rad);
+        draft.keep(std::move(seen));
+        return draft.kept_triangles();
+    };
+
+    SceneModel three;
+    three.materials.resize(1);
+    add(three, triangle("left", {0, 0, -3}, {-1, 0, 0}));
+    add(three, triangle("right", {0, 0, -3}, {1, 0, 0}));
+    add(three, triangle("apart", {9, 0, -3}, {1, 0, 0}));
+    EXPECT_EQ(kept(three, still, {{1}, {0}, {0}}), 2u);
+    EXPECT_EQ(kept(three, still, {{0}, {1}, {0}}), 2u);
+    EXPECT_EQ(kept(three, still, {{0}, {0}, {1}}), 1u);
+    EXPECT_EQ(kept(three, moving, {{0}, {0}, {0}}), 1u);
+
+    SceneModel placed;
+    placed.materials.resize(1);
+    add(placed, grid("pair", 1, {0, 0, -3}, {1, 0, 0}, {0, 1, 0}));
+    placed.instances.push_back({0, 0, glm::translate(glm::mat4(1), glm::vec3(3, 0, 0))});
+    EXPECT_EQ(kept(placed, still, {{1, 0}, {0, 0}}), 2u) << "the other one touches nothing";
+    EXPECT_EQ(kept(placed, still, {{0, 0}, {1, 0}}), 2u);
 }
 
 TEST_F(ClientModelTest, OptionsOutOfRangeAreOneClearLine) {

@@ -382,6 +382,12 @@ TEST(ImageColours, AreOfSamplesThatShowOneImage) {
     EXPECT_NEAR(colour.at({7.9f, 3.75f}).x, 70 + 3.25, 1e-3) << "column 8 is no mirror";
     std::fill_n(image_m.pixel(0, 4), 16 * 4, 9.0f);
     EXPECT_NEAR(colour.at({4.75f, 3.9f}).x, 42.5 + 3, 1e-3) << "row 4 shows another image";
+    std::fill_n(image_m.pixel(0, 5), 16 * 3, 4.0f);
+    EXPECT_NEAR(colour.at({4.75f, 3.9f}).x, 42.5 + 3, 1e-3) << "row 4 alone does";
+    std::fill_n(image_m.pixel(0, 4), 16, 4.0f);
+    for (int y = 0; y < 8; ++y)
+        *image_m.pixel(5, y) = 9.0f;
+    EXPECT_NEAR(colour.at({4.9f, 3.75f}).x, 40 + 3.25, 1e-3) << "column 5 alone does";
 }
 
 }  // namespace

@@ -299,6 +299,64 @@ TEST(Mesh, ThreeJoinedCornersShareTheirMiddle) {
     EXPECT_LE(differ, plain.count(PixelOrigin::gap) / 500);
 }
 
+/// So wide a view that cells of the sky lie across its border with corners behind the eye.
+TEST(Mesh, TheSkyReachesTheBorderOfAWideView) {
+    const Distance sky = [](const dvec3&, const dvec3&) { return infinity; };
+    const Rendered source = render(sky, smooth_colour, EquirectCamera{720, 360, {}}, Pose{});
+    const EyeView eye{{160, 40, 2.8}, {{0.05, 0.02, 0}, {1, 0, 0, 0}}};
+    const EyePicture picture = seen_by("mesh", source.source(box_m), eye);
+    EXPECT_EQ(picture.count(PixelOrigin::gap), 0) << evidence(picture.rgb().view(), picture.rgb().view());
+    EXPECT_TRUE(std::ranges::all_of(picture.depth_m.samples(), [](float r) { return std::isinf(r); }));
+}
+
+/// A picture of 66 columns, whose last block has three of them, and a sheet before a wall whose edge is where that
+/// block begins.
+struct NarrowBlock {
+    static constexpr double edge_m = 30.0 / 33;  // of column 63, in the sheet
+    PerspectiveCamera camera{66, 64, pi / 2};
+
+    static double wall(const dvec3& o, const dvec3& d) { return to_plane(o, d, {0, 0, 1}, -10); }
+
+    /// Where the eye sees the sheet before what the source saw of the wall, no column beyond these may show the wall.
+    void expect_hidden(bool sheet_is_right, const Pose& eye, double first_column, double last_column) const {
+        const auto is_sheet = [&](const dvec3& o, const dvec3& d, double to_sheet) {
+            return (o.x + to_sheet * d.x < edge_m) != sheet_is_right;
+        };
+        const Distance scene = [&](const dvec3& o, const dvec3& d) {
+            const double sheet = to_plane(o, d, {0, 0, 1}, -1);
+            return is_sheet(o, d, sheet) ? sheet : wall(o, d);
+        };
+        const PerspectiveCamera view{160, 100, 1};
+        const Rendered source = render(scene, smooth_colour, camera, Pose{});
+        const EyePicture picture = seen_by("splat", source.source(box_m), {view, eye});
+        int hiding = 0, wrong = 0;
+        for (int y = 0; y < view.height; ++y)
+            for (int x = 0; x < view.width; ++x) {
+                const dvec3 ray = eye.orientation * view.direction(x + 0.5, y + 0.5);
+                const glm::dvec2 hidden = camera.pixel(eye.position_m + wall(eye.position_m, ray) * ray);
+                if (!is_sheet(eye.position_m, ray, to_plane(eye.position_m, ray, {0, 0, 1}, -1)) ||
+                    !(hidden.x > first_column && hidden.x < last_column))
+                    continue;
+                ++hiding;
+                wrong += *picture.depth_m.pixel(x, y) > 5;
+            }
+        EXPECT_GT(hiding, 100);
+        EXPECT_LE(wrong, hiding / 20);
+    }
+};
+
+/// The eye came nearer, to what the second block shows, three columns before the narrow one.
+TEST(Splat, TheBlockThatTheEpipoleIsInIsDrawnLast) {
+    const dvec3 towards(27.0 / 33, 0, -1);
+    NarrowBlock().expect_hidden(false, {0.5 * towards, yaw_pitch(std::atan(towards.x), 0)}, 63.2, 66);
+}
+
+/// The eye went back, away from there.
+TEST(Splat, TheBlockThatTheAntipodeIsInIsDrawnFirst) {
+    const dvec3 back(-0.41, 0, 0.5);
+    NarrowBlock().expect_hidden(true, {back, yaw_pitch(std::atan((NarrowBlock::edge_m - back.x) / 1.5), 0)}, 60, 62.8);
+}
+
 /// In a hall whose radius is the sphere of pictures', leaning is exact.
 TEST(Lean, IsExactInAHallOfItsRadiusAndEqualsReference) {
     const Distance ball = [](const dvec3& o, const dvec3& d) { return to_sphere(o, d, {0, 0, 0}, 2.5); };

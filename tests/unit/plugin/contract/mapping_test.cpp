@@ -1,10 +1,13 @@
 // The equirect and perspective mappings: both ways, everywhere, and against the paper's equation (1) put right.
 #include <equistream/conventions.h>
 
+#include <plugin/formulas/scalars.h>
+
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -208,6 +211,36 @@ TEST(Equirect, float_agrees_with_double) {
         }
     EXPECT_LT(worst_direction, 6e-7);
     EXPECT_LT(worst_pixel, 3e-4);
+}
+
+/// Those of the shared text, which rows of samples and shaders use.
+TEST(SharedFormulas, map_directions_as_cameras_do) {
+    for (const Format& f : formats) {
+        const LongitudeLatitudeRange& range = f.range;
+        const float middle = float(range.longitude_min + range.longitude_span() / 2);
+        const float columns_per_radian = float(f.width / range.longitude_span());
+        const float rows_per_radian = float(f.height / range.latitude_span());
+        double worst = 0;
+        for (int y = 0; y < f.height; ++y)
+            for (int x = 0; x < f.width; ++x) {
+                const auto d = equirect_direction<double>({x + 0.5, y + 0.5}, f.width, f.height, range);
+                const glm::vec3 towards(d.x, d.y, d.z);
+                const float u = formulas::sphere_column(towards.x, towards.z, std::remainder(middle, float(2 * pi)),
+                                                        columns_per_radian, 0.5f * float(f.width));
+                const float v =
+                    formulas::sphere_row(towards.x, towards.y, towards.z, float(range.latitude_max), rows_per_radian);
+                worst = std::max({worst, std::abs(u - (x + 0.5)), std::abs(v - (y + 0.5))});
+            }
+        EXPECT_LT(worst, 2e-3) << f.width << "x" << f.height;
+    }
+    const float focal = float(focal_length_px(160, 2.5));
+    for (int y = 0; y < 90; ++y)
+        for (int x = 0; x < 160; ++x) {
+            const auto d = perspective_direction<float>({float(x) + 0.5f, float(y) + 0.5f}, 160, 90, 2.5);
+            ASSERT_NEAR(formulas::flat_column(3 * d.x, 3 * d.z, focal, 80), x + 0.5, 1e-3);
+            ASSERT_NEAR(formulas::flat_row(3 * d.y, 3 * d.z, focal, 45), y + 0.5, 1e-3);
+        }
+    EXPECT_FALSE(formulas::is_within(formulas::flat_column(0, 1, focal, 80), 160)) << "behind it";
 }
 
 TEST(Perspective, there_and_back) {

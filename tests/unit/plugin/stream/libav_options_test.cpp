@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -61,6 +62,45 @@ TEST(LibavOptions, OneThatNobodyTookIsNamed) {
     } catch (const InputError& error) {
         EXPECT_STREQ(error.what(), "the container null does not know the option no_such_option");
     }
+}
+
+/// An enum may not even be assigned a number that it has no name for.
+void set(auto& value, int number) {
+    static_assert(sizeof value == sizeof number);
+    std::memcpy(&value, &number, sizeof number);
+}
+
+template <typename Tagged>
+void expect_unknown_colours_forgotten(Tagged tagged, AVColorSpace Tagged::*space) {
+    tagged.color_range = AVCOL_RANGE_JPEG;
+    tagged.color_primaries = AVCOL_PRI_BT2020;
+    tagged.color_trc = AVCOL_TRC_SMPTE2084;
+    tagged.*space = AVCOL_SPC_BT2020_NCL;
+    tagged.chroma_location = AVCHROMA_LOC_TOPLEFT;
+    forget_unknown_colours(tagged);
+    EXPECT_EQ(tagged.color_range, AVCOL_RANGE_JPEG);
+    EXPECT_EQ(tagged.color_primaries, AVCOL_PRI_BT2020);
+    EXPECT_EQ(tagged.color_trc, AVCOL_TRC_SMPTE2084);
+    EXPECT_EQ(tagged.*space, AVCOL_SPC_BT2020_NCL);
+    EXPECT_EQ(tagged.chroma_location, AVCHROMA_LOC_TOPLEFT);
+    for (const int number : {-1, 4321}) {
+        set(tagged.color_range, number);
+        set(tagged.color_primaries, number);
+        set(tagged.color_trc, number);
+        set(tagged.*space, number);
+        set(tagged.chroma_location, number);
+        forget_unknown_colours(tagged);
+        EXPECT_EQ(tagged.color_range, AVCOL_RANGE_UNSPECIFIED);
+        EXPECT_EQ(tagged.color_primaries, AVCOL_PRI_UNSPECIFIED);
+        EXPECT_EQ(tagged.color_trc, AVCOL_TRC_UNSPECIFIED);
+        EXPECT_EQ(tagged.*space, AVCOL_SPC_UNSPECIFIED);
+        EXPECT_EQ(tagged.chroma_location, AVCHROMA_LOC_UNSPECIFIED);
+    }
+}
+
+TEST(LibavColours, WithoutANameAreForgottenAndOthersStay) {
+    expect_unknown_colours_forgotten(AVCodecParameters{}, &AVCodecParameters::color_space);
+    expect_unknown_colours_forgotten(AVFrame{}, &AVFrame::colorspace);
 }
 
 }  // namespace
