@@ -1,9 +1,8 @@
 #pragma once
-/// How fast a server reads.
 
 namespace equistream {
 
-/// What viewers send, whatever it is; more waits in their own systems.
+/// How fast a server reads what viewers send; the rest waits in their systems.
 inline constexpr double received_bytes_per_second = 65536;
 
 }  // namespace equistream

@@ -147,8 +147,9 @@ private:
             }
             order.push_back(block);
         }
-        // The latest of its columns counts: the block that an epipole is in goes last, however far it reaches. So does
-        // the one first that the order begins in: a narrow block beside it may hold none of so late columns.
+        // The latest of its columns counts: the block that an epipole is in goes last, however far it reaches. The
+        // block that the order begins in goes first: by its latest column alone, a narrow neighbour could come before
+        // it.
         const auto begin = std::ranges::max_element(order, {}, &Block::earliest);
         if (begin != std::ranges::min_element(order, {}, &Block::latest))
             begin->latest = std::numeric_limits<double>::infinity();

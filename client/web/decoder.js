@@ -67,7 +67,7 @@ export class TrackDecoder {
             if ((await VideoDecoder.isConfigSupported(each)).supported)
                 return this.decoder.configure(this.config = each);
         throw expectedFound(this.name, "video that this browser decodes",
-                            `${this.config.codec} (encode --codec h264, of depth --depth pece420)`);
+                            `${this.config.codec} (encode with --codec h264, and depth with --depth pece420)`);
     }
 
     get isClosed() {
@@ -84,7 +84,7 @@ export class TrackDecoder {
             return;
         try {
             this.decoder.decode(new EncodedVideoChunk({type: key ? "key" : "delta", timestamp: number, data: bytes}));
-        } catch (error) {  // it looks itself whether a key frame is one
+        } catch (error) {  // the decoder checks key frames itself, and throws
             this.close();
             this.onEnd(this.notDecoded(error));
         }

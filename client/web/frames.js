@@ -91,10 +91,10 @@ export class FrameMaker {
     }
 
     /// Packets of a track must begin with a key frame.
-    async push({role, track, key, info, bytes, isUnsaid}) {
+    async push({role, track, key, info, bytes, lacksInfo}) {
         if (this.isClosed || this.leftOut.has(role) || (!key && !this.started.has(role)))
             return;
-        if (!isUnsaid && (info.packing !== "none" || info.isOds))
+        if (!lacksInfo && (info.packing !== "none" || info.isOds))
             return this.failed("main", expectedFound("main track", "one eye's sphere (encode --stereo tracks)",
                                                      `both eyes, ${info.packing}; equistream view plays it`));
         const {generation} = this;
@@ -118,7 +118,7 @@ export class FrameMaker {
             return;
         }
         const number = ++this.number;
-        if (!isUnsaid) {
+        if (!lacksInfo) {
             this.infos.set(number, {role, info, generation});
             this.frame(info.index).expected.add(role);
         }
@@ -134,8 +134,8 @@ export class FrameMaker {
         return [...this.decoders.values()].some(decoder => decoder.waiting >= mostAhead);
     }
 
-    /// A track that says nothing for long is waited for no more: what its decoder holds comes, and it begins again with
-    /// a key frame.
+    /// Stops waiting for a track that has been silent for long. Its decoder is flushed, and it begins again with a key
+    /// frame.
     async rest(role) {
         const {generation} = this;
         await this.decoders.get(role)?.finish();
@@ -284,6 +284,6 @@ export class FrameMaker {
     forget(frame) {
         for (const view of [frame.main, frame.window])
             if (view?.distances)
-                this.helper.ask("forget", {key: view.key}).catch(this.onProblem);
+                this.helper.ask("forget", {key: view.key}).catch(() => {});  // where the helper has ended, it is gone
     }
 }

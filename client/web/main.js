@@ -18,7 +18,7 @@ const words = new URLSearchParams(location.search);
 const defaultFov = 90 * Math.PI / 180;
 /// A head that a headset says is farther away than this has moved.
 const stillMetres = 0.003;
-/// About one stream; a damaged one would say something of each picture.
+/// Of one stream. A damaged one would have a note for each picture.
 const mostNotes = 4;
 /// Of a key, with or without shift.
 const nameOf = event => event.key.length === 1 ? event.key.toLowerCase() : event.key;
@@ -112,7 +112,8 @@ class Page {
         this.live = new LiveSocket(url, key, {
             onBytes: bytes => player.push(bytes), onProblem: player.onProblem,
             onEnd: () => {
-                player.onNote("the server has ended the stream");
+                if (player === this.player)
+                    of("note").textContent = "the server has ended the stream";
                 try {
                     player.end();
                 } catch (error) {

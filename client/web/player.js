@@ -142,16 +142,16 @@ export class Player {
         recording.feed(() => this.ready.length).catch(this.onProblem);
         if (!this.shown && this.ready.length > 0) {
             this.take();
-            this.time = this.timeOf(this.shown);
+            this.time = this.shown.due;
         }
         if (!this.shown)
             return this.isExhausted && this.beginAgain();
         if (!this.plays)
             return;
         this.time += seconds;
-        while (this.isDue(...this.ready))
+        while (this.ready.length > 0 && this.dueTime(this.ready[0]) <= this.time + 1e-6)
             this.take();
-        const next = this.timeOf(this.shown) + 1 / this.shown.info.framesPerSecond;
+        const next = this.shown.due + 1 / this.shown.info.framesPerSecond;
         if (this.ready.length > 0 || this.time < next)
             return;
         if (this.isExhausted)
@@ -165,10 +165,10 @@ export class Player {
         return this.recording.isFinished && this.maker.waiting === 0 && this.ready.length === 0;
     }
 
-    /// A time beyond the next frame's is damaged.
-    isDue(frame, next) {
-        return frame && (this.timeOf(frame) <= this.time + 1e-6 ||
-                         (next && this.timeOf(frame) > this.timeOf(next)));
+    /// Of the next frame. A time beyond the one that its index implies is damaged.
+    dueTime(frame) {
+        const {shown} = this, time = this.timeOf(frame);
+        return shown ? Math.min(time, shown.due + (frame.index - shown.index) / frame.info.framesPerSecond) : time;
     }
 
     /// From where it was to go on to its end there is no frame.
@@ -221,8 +221,10 @@ export class Player {
     }
 
     take() {
+        const frame = this.ready.shift();
+        frame.due = this.dueTime(frame);
         this.leave();
-        this.shown = this.ready.shift();
+        this.shown = frame;
     }
 
     /// Frames that are not on show any more go, but for these.

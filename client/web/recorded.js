@@ -33,7 +33,7 @@ export class Recording {
             this.packets.set(packet.role, []);
         this.packets.get(packet.role).push(packet);
         const {index, time} = packet.info;
-        if (packet.role !== "main" || packet.isUnsaid || this.times.has(index))
+        if (packet.role !== "main" || packet.lacksInfo || this.times.has(index))
             return;
         this.times.set(index, time);
         this.frames.splice(countWhile(this.frames, each => each < index), 0, index);
@@ -48,8 +48,10 @@ export class Recording {
     get length() {
         if (this.frames.length === 0)
             return 0;
-        const {framesPerSecond} = this.packets.get("main").find(packet => !packet.isUnsaid).info;
-        return Math.max(this.times.get(this.frames.at(-1)) - this.start, 0) + 1 / framesPerSecond;
+        const {framesPerSecond} = this.packets.get("main").find(packet => !packet.lacksInfo).info;
+        const first = this.frames[0], last = this.frames.at(-1);
+        const span = Math.min(this.times.get(last) - this.start, (last - first) / framesPerSecond);  // one may be damaged
+        return Math.max(span, 0) + 1 / framesPerSecond;
     }
 
     get start() {

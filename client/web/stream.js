@@ -10,8 +10,8 @@ const usedRoles = new Set(["main", "depth", "window", "window-depth"]);
 const mostHeld = 32;
 
 export class StreamReader {
-    /// Calls onPacket({role, track, key, info, bytes, isUnsaid}) for what the page uses; of an unsaid picture the index
-    /// alone is known, about. What cannot be shown goes into `leftOut`, a set of roles.
+    /// Calls onPacket({role, track, key, info, bytes, lacksInfo}) for what the page uses. A picture that lacks info is
+    /// without readable frame data; its index is a guess. What cannot be shown goes into `leftOut`, a set of roles.
     constructor(name, onPacket, leftOut = new Set()) {
         this.name = name;
         this.onPacket = onPacket;
@@ -98,7 +98,7 @@ export class StreamReader {
         }
         if (!picture.info) {
             this.problems.add(picture.problem?.message ?? "pictures without frame data are left out");
-            this.takeUnsaid(track, picture.key, bytes);
+            this.takeWithoutInfo(track, picture.key, bytes);
             return;
         }
         const {role} = picture.info;
@@ -118,17 +118,17 @@ export class StreamReader {
             this.countMain(picture.info);
         track.role = role;
         for (const {key, bytes: held} of track.held?.splice(0) ?? [])
-            this.takeUnsaid(track, key, held);
+            this.takeWithoutInfo(track, key, held);
         track.highest = Math.max(track.highest ?? -1, picture.info.index);
         this.onPacket({role, track, key: picture.key, info: picture.info, bytes});
     }
 
     /// A picture that does not say what it is goes to its track's decoder: between the one before and the next.
-    takeUnsaid(track, key, bytes) {
+    takeWithoutInfo(track, key, bytes) {
         track.held ??= [];
         if (track.role)
             this.onPacket({role: track.role, track, key, info: {index: (track.highest ?? -1) + 0.5}, bytes,
-                           isUnsaid: true});
+                           lacksInfo: true});
         else if (track.held.length < mostHeld)
             track.held.push({key, bytes});
     }

@@ -58,4 +58,4 @@ HTML
     done
     echo "</main></html>"
 } >"$out/index.html"
-echo "hand out $out: python3 -m http.server --bind 127.0.0.1 --directory $out 8000, then open http://127.0.0.1:8000/"
+echo "to serve it: python3 -m http.server --bind 127.0.0.1 --directory $out 8000, then open http://127.0.0.1:8000/"

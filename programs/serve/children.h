@@ -20,7 +20,7 @@ namespace equistream::serve {
 /// the context of `stop` and has nothing else to do.
 bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<std::string>& arguments);
 
-/// How often a renderer that has died is started again: three times an hour.
+/// How often a renderer that has died is started again: at most three times an hour.
 class Restarts {
 public:
     /// It is counted, if it is allowed.

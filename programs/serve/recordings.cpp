@@ -160,11 +160,12 @@ private:
     double last_sent_s_ = 0;
 };
 
-/// By which a file is told from one that has taken its place.
+/// Tells a file from one that has replaced it.
 struct Identity {
     dev_t device;
     ino_t file;
     off_t bytes;
+    std::int64_t written_ns;
     bool operator==(const Identity&) const = default;
 };
 
@@ -172,7 +173,8 @@ Identity identity_of(const std::string& file) {
     struct stat found {};
     if (::stat(file.c_str(), &found) != 0)
         throw WorkError(file + ": " + std::strerror(errno));
-    return {found.st_dev, found.st_ino, found.st_size};
+    return {found.st_dev, found.st_ino, found.st_size,
+            found.st_mtim.tv_sec * std::int64_t(1'000'000'000) + found.st_mtim.tv_nsec};
 }
 
 /// A recorded stream of tiles: each viewer gets the tiles that it looks at.

@@ -144,7 +144,7 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
 const char* const needs_open =
     "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer";
 
-/// Also where nothing else is said of viewers.
+/// Said with --progress none too: it is a warning.
 void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_encrypted) {
     if (log == cli::ProgressStyle::none)
         log = cli::ProgressStyle::automatic;
@@ -321,7 +321,8 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     cli::add_json_flag(app, options.json)
         .description("Report as JSON on standard output: a line with the address, and one at the end");
     cli::add_progress_option(app, options.progress)
-        .description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
+        .description(
+            "Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing but who can come");
     add_live_options(app, options.live);
     return [&options, &app] {
         LiveSettings& live = options.live.settings;

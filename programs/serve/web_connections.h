@@ -158,8 +158,8 @@ private:
         });
     }
 
-    /// A browser that does not read it is hung up on. As a rule the server has given up its viewer by then: but what
-    /// the server says is not read meanwhile.
+    /// Hangs up on a browser that stops reading. The server usually drops its viewer first, but this side cannot see
+    /// that while a write waits.
     void write(std::size_t count) {
         unread_.expires_after(2 * patience_);
         unread_.async_wait([weak = this->weak_from_this()](Error cancelled) {
@@ -168,7 +168,8 @@ private:
                 self->hang_up();
         });
         browser_.async_write(net::buffer(block_, count), [self = this->shared_from_this()](Error failed, std::size_t) {
-            self->unread_.cancel();
+            // Also where its handler is queued already.
+            self->unread_.expires_at(std::chrono::steady_clock::time_point::max());
             if (failed)
                 return self->hang_up();
             self->send();
@@ -256,7 +257,8 @@ private:
         const std::string_view host = view(request[http::field::host]), origin = view(request[http::field::origin]);
         const std::string target(view(request.target()));
         if (this_machine_alone_ && !is_own_name(host, settings_.address))
-            return say(http::status::forbidden, "this server is known as localhost alone\n", request);
+            return say(http::status::forbidden,
+                       "this server answers to localhost and to the address that it listens on\n", request);
         if (websocket::is_upgrade(request)) {
             if (!is_own_page(origin, host))
                 return say(http::status::forbidden, "only the page of this server may have the stream\n", request);

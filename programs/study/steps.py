@@ -72,7 +72,7 @@ def aside_of(file):
 
 @contextlib.contextmanager
 def made_whole(file):
-    """Of what is written under the name it gives, `file` becomes; where that fails nothing is left, and what the system says is said of `file`."""
+    """Yields a temporary name. On success it becomes `file`; on failure it is removed, and the error names `file`."""
     aside = aside_of(file)
     try:
         yield aside
@@ -80,7 +80,8 @@ def made_whole(file):
     except BaseException as error:
         with contextlib.suppress(OSError):
             aside.unlink()
-        if isinstance(error, OSError) and error.errno and (error.filename is None or str(error.filename) == str(aside)):
+        names = {str(name) for name in (error.filename, error.filename2) if name is not None} if isinstance(error, OSError) else set()
+        if isinstance(error, OSError) and error.errno and (not names or str(aside) in names):
             raise OSError(error.errno, error.strerror, str(file)) from None
         raise
 
@@ -135,8 +136,8 @@ def files_in(path):
 
 
 def state_of(named):
-    """Of (name, file): how many of these files are there, their bytes, and a digest of all names, sizes and times. One that was written anew, or came in
-    another's place, makes another state, be it newer or older.
+    """How many of these (name, file) there are, their bytes, and a digest of names, sizes and times, as `state`. A file that was written anew or replaced
+    changes it, be it newer or older.
     """
     found = []
     for name, file in named:
@@ -144,7 +145,7 @@ def state_of(named):
             status = file.stat()
             if stat.S_ISREG(status.st_mode):
                 found.append((str(name), status.st_size, status.st_mtime_ns // 10 ** 6))
-    return {"files": len(found), "bytes": sum(size for _, size, _ in found), "written_ms": hashlib.sha256(repr(sorted(found)).encode()).hexdigest()[:16]}
+    return {"files": len(found), "bytes": sum(size for _, size, _ in found), "state": hashlib.sha256(repr(sorted(found)).encode()).hexdigest()[:16]}
 
 
 def digest(folder, pattern="equistream*"):

@@ -53,7 +53,7 @@ def promises(report):
 
 def mutations(report):
     folders = collections.defaultdict(collections.Counter)
-    for change in report["changes"]:
+    for change in (each for each in report["changes"] if each["verdict"] != "no program"):
         kind = "equivalent" if "equivalent" in change else change["verdict"].replace("in no test", "survived")
         folders["/".join(change["file"].split("/")[:2])][kind] += 1
         folders["all"][kind] += 1

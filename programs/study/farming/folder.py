@@ -13,6 +13,7 @@ from steps import Failed, read_json, state_of, write_whole
 FORMAT = "equistream farm 1"
 LAST_FRAME = 999_999_999
 CHUNK = re.compile(r"(\d+)-(\d+)")
+PART = re.compile(r"frame\.(\d+)\.part")
 
 
 def write_plan(folder, plan):
@@ -88,9 +89,6 @@ def frames_done(folder, plan, step):
     return min((sum(step["first"] <= number <= step["last"] for number in numbers) for numbers in found.values()), default=0)
 
 
-PART = re.compile(r"frame\.(\d+)\.part")
-
-
 def parts_done(folder, plan, step):
     """Of a step that is divided by tiles: how many parts of its frames wait, and how many of these are put together."""
     out, wanted = base_of(folder, plan) / step["out"], range(step["first"], step["last"] + 1)
@@ -164,4 +162,4 @@ def frames_of(out):
 def frames_state(folder, plan, step):
     """Of all frames that the step waits for: others, or the same rendered anew, have another."""
     outs = outs_before(base_of(folder, plan), plan, step)
-    return state_of((f"{number} {file.relative_to(out)}", file) for number, out in enumerate(outs) for file in frames_of(out))["written_ms"]
+    return state_of((f"{number} {file.relative_to(out)}", file) for number, out in enumerate(outs) for file in frames_of(out))["state"]

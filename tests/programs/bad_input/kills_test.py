@@ -37,8 +37,8 @@ ARGUMENTS.add_argument("--seed", type=int, default=1)
 ARGUMENTS.add_argument("--report", type=pathlib.Path)
 TOLD, sys.argv[1:] = ARGUMENTS.parse_known_args()
 RANDOM = random.Random(TOLD.seed)
-TIMES = "machine", "milliseconds", "made", "wall_s", "cpu_s", "took_s", "measuring_cpu_s", "peak_memory_mib"
-"""Of reports and of the study's records, which also say whether a killed run had begun the step."""
+TIMES = "machine", "milliseconds", "made", "wall_s", "cpu_s", "took_s", "measuring_cpu_s", "peak_memory_mib", "state"
+"""Of reports and of the study's records, whose `state` is by when inputs were written. Records also say whether a killed run had begun the step."""
 PICTURE, PAUSE = b"\x1f\x43\xb6\x75", b"\xec\x80"
 """Of a live stream: how each picture begins, and what a viewer alone is sent where none comes."""
 

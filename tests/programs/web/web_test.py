@@ -368,14 +368,21 @@ class Streams(Web):
             damaged[at + 20] = SMALL
         (self.root / "short_depth.mkv").write_bytes(damaged)
         self.open("src=short_depth.mkv")
-        self.browser.wait_for("equistream.player.shown?.index === 5 && equistream.player.shown.main.distances")
-        self.browser.wait_for(f"equistream.player.shown?.index === {LONG - 1} && !equistream.player.shown.main.distances")
+        self.browser.wait_for("equistream.player.shown?.index < 10 && equistream.player.shown.main.distances")
+        self.browser.wait_for("equistream.player.shown?.index >= 30 && !equistream.player.shown.main.distances")
 
     def test_few_frames_are_ready_at_once(self):
         self.open_stream(self.long_stream("long.mkv", "--gop", 30))
-        self.browser.evaluate("equistream.player.seek(0); globalThis.most = 0")
-        self.browser.wait_for("most = Math.max(most, equistream.player.ready.length + equistream.player.maker.whole.length), "
-                              f"equistream.player.shown?.index === {LONG - 1}")
+        self.browser.evaluate("""(() => {
+            const {player} = equistream, came = player.came;
+            globalThis.most = 0;
+            globalThis.turns = new Set();
+            player.came = function (frame) {
+                came.call(this, frame);
+                most = Math.max(most, this.ready.length + this.maker.whole.length);
+            };
+        })()""")
+        self.browser.wait_for("turns.add(equistream.player.maker.generation) && turns.size > 2")
         self.assertLess(self.browser.evaluate("most"), 12)
 
     def test_a_picture_that_says_nothing_of_itself_is_left_out_alone(self):
@@ -405,12 +412,19 @@ class Streams(Web):
 
     def test_a_time_that_is_damaged_stops_nothing(self):
         whole = self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes()
-        (self.root / "late.mp4").write_bytes(whole.replace(struct.pack("<d", 1 / 30), struct.pack("<d", 1.23456789e9 + 1 / 3)))
-        self.open_stream(self.root / "late.mp4")
-        self.watch_taken("player.seek(0);")
-        self.browser.wait_for(f"taken.length >= {3 * FRAMES}")
-        self.assertEqual(self.browser.evaluate(f"taken.slice(0, {2 * FRAMES})"), 2 * list(range(FRAMES)))
-        self.assertLess(self.browser.evaluate("equistream.player.length"), 1)
+        for index in (1, FRAMES - 1):
+            damaged, good = bytearray(whole), struct.pack("<d", index / 30)
+            for at in pictures_of(whole, MAIN) + pictures_of(whole, DEPTH):
+                place = damaged.find(good, at + 40, at + 80)
+                if place >= 0:
+                    damaged[place:place + 8] = struct.pack("<d", 1.23456789e9 + 1 / 3)
+            self.assertNotEqual(damaged, whole)
+            (self.root / "late.mp4").write_bytes(damaged)
+            self.open_stream(self.root / "late.mp4")
+            self.watch_taken("player.seek(0);")
+            self.browser.wait_for(f"taken.length >= {3 * FRAMES}")
+            self.assertEqual(self.browser.evaluate(f"taken.slice(0, {2 * FRAMES})"), 2 * list(range(FRAMES)))
+            self.assertLess(self.browser.evaluate("equistream.player.length"), 1)
 
     def test_one_frame_is_decoded_once(self):
         self.open_stream(self.encode("one.mkv", "--depth", "pece420", "--depth-scale", 1, "--frames", "0-0"))
@@ -616,6 +630,14 @@ class Failures(Web):
         self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
         self.assertIn("beside the page: the browser has ended it", self.said("note"))
 
+    def test_a_worker_that_ends(self):
+        self.open_stream(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1))
+        self.browser.wait_for("equistream.player.shown?.main.distances")
+        self.browser.evaluate("equistream.player.plays = false; equistream.helper.worker.onerror(new Event('error'));"
+                              "equistream.player.plays = true; globalThis.turns = new Set()")
+        self.browser.wait_for("turns.add(equistream.player.maker.generation) && turns.size > 2 && equistream.player.shown")
+        self.assertIn("beside the page: the browser has ended it", self.said("note"))
+
 
 # A headset that does what a script says: globalThis.headset has its head and where its eyes are.
 FAKE_HEADSET = """
@@ -799,7 +821,7 @@ class Serve(Web):
         for _ in range(1000):
             self.connected(url).close()
         self.assertTrue(is_turned_away())  # after all that came before
-        self.assertLess(time.monotonic() - start, 5)
+        self.assertLess(time.monotonic() - start, 9)  # at 100 a second it would take ten
         for one in silent:
             one.close()
 
@@ -829,7 +851,7 @@ class Serve(Web):
                 self.assertEqual(len(viewer.read(4)), 4)  # of the stream
 
     def test_one_that_was_dropped_keeps_nothing_open(self):
-        server, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--patience", 1)
+        server, url = self.serve(self.encode("w10.mkv", "--depth", "w10", "--depth-scale", 1), "--loop", "--patience", 3)
 
         def sockets():
             count = 0
