@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Makes a gallery of three bundled scenes: OUT/index.html, and streams that one can look around in. Any web host can hand the folder out.
 #   gallery.sh [OUT]     (OUT: build/gallery), with the built programs on the PATH
-# From the environment, where given: EQUISTREAM_GALLERY_FRAMES (0-29), EQUISTREAM_GALLERY_SPHERE (1024x512), EQUISTREAM_GALLERY_SPP (32),
+# From the environment, where given: EQUISTREAM_GALLERY_FRAMES (0-29), EQUISTREAM_GALLERY_SPHERE (768x384), EQUISTREAM_GALLERY_SPP (16),
 # EQUISTREAM_GALLERY_DENOISE (off). Scenes whose stream is there already stay as they are.
 set -euo pipefail
 
 out=${1:-$(dirname "$0")/../../build/gallery}
 frames=${EQUISTREAM_GALLERY_FRAMES:-0-29}
-sphere_size=${EQUISTREAM_GALLERY_SPHERE:-1024x512}
-spp=${EQUISTREAM_GALLERY_SPP:-32}
+sphere_size=${EQUISTREAM_GALLERY_SPHERE:-768x384}
+spp=${EQUISTREAM_GALLERY_SPP:-16}
 denoise=${EQUISTREAM_GALLERY_DENOISE:-off}
 page=$(dirname "$(realpath "$(command -v equistream)")")/../share/equistream/web.html
 declare -A captions=(
