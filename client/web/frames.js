@@ -208,9 +208,8 @@ export class FrameMaker {
     /// Frames go on in order, once all of their pictures have come or never will.
     release() {
         for (const index of [...this.partial.keys()].sort((a, b) => a - b)) {
-            const {expected, pictures} = this.partial.get(index);
-            const roles = ["main", ...expected, ...this.started, ...this.decoders.keys()];
-            if (!this.isFinished && roles.some(role => this.isAwaited(role, index)))
+            const {pictures} = this.partial.get(index);
+            if (!this.isFinished && ["main", ...this.decoders.keys()].some(role => this.isAwaited(role, index)))
                 return;
             this.partial.delete(index);
             if (pictures.has("main"))

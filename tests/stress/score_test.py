@@ -10,10 +10,13 @@ import types
 import unittest
 import unittest.mock
 
-import chains
 import numpy as np
-import redraw
-import run
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "programs"))
+import chains  # noqa: E402
+import redraw  # noqa: E402
+import run  # noqa: E402
+from independent import wait_until  # noqa: E402
 
 SHAPE = (8, 10)
 OFF = chains.es.RELIABILITY_TOLERANCE + 1
@@ -103,17 +106,11 @@ class Sweep(unittest.TestCase):
             program.chmod(0o755)
             waits = "import sys, chains; chains.run_program(sys.argv[1], 'scene')"
             killed = subprocess.Popen([sys.executable, "-B", "-c", waits, program], env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
-            self.until(started.exists)
+            wait_until(started.exists, "the program", 20)
             killed.kill()
             killed.wait()
             process = pathlib.Path("/proc") / started.read_text().strip()
-            self.until(lambda: not process.exists() or ") Z " in (process / "stat").read_text())
-
-    def until(self, is_so, patience_s=20):
-        end = time.monotonic() + patience_s
-        while not is_so():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+            wait_until(lambda: not process.exists() or ") Z " in (process / "stat").read_text(), "its end", 20)
 
 
 if __name__ == "__main__":

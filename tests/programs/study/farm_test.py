@@ -18,7 +18,9 @@ import tempfile
 import time
 import unittest
 
-import slurm_here
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import slurm_here  # noqa: E402
+from independent import wait_until  # noqa: E402
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve()
 FARM = pathlib.Path(__file__).resolve().parents[3] / "programs/study/farm.py"
@@ -262,17 +264,11 @@ class Divided(Farm):
         (programs / "equistream").write_text("#!/bin/sh\necho $$ > started.new && mv started.new started\nexec sleep 1000\n")
         (programs / "equistream").chmod(0o755)
         farm = subprocess.Popen([sys.executable, "-B", FARM, "--bin", programs, *self.render, "--out", "frames"], cwd=self.root)
-        self.until(lambda: (self.root / "started").exists())
+        wait_until(lambda: (self.root / "started").exists(), "the measurement", 20)
         farm.kill()
         farm.wait()
         process = pathlib.Path("/proc") / (self.root / "started").read_text().strip()
-        self.until(lambda: not process.exists() or ") Z " in (process / "stat").read_text())
-
-    def until(self, is_so, patience_s=20):
-        end = time.monotonic() + patience_s
-        while not is_so():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+        wait_until(lambda: not process.exists() or ") Z " in (process / "stat").read_text(), "its end", 20)
 
     def test_a_frame_that_takes_too_long_is_divided(self):
         self.farm("--minutes", 10, "--frame-seconds", 1500, *self.render, "--out", "frames")

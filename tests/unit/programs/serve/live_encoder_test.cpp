@@ -39,6 +39,18 @@ LiveCoding quick() {
     return coding;
 }
 
+/// By role and index, of a whole stream's pictures.
+std::map<std::pair<TrackRole, std::int64_t>, float> coded_with(const synthetic::Folder& folder,
+                                                               const std::string& stream) {
+    std::ofstream(folder / "a.mkv", std::ios::binary) << stream;
+    StreamReader reader((folder / "a.mkv").string());
+    std::map<std::pair<TrackRole, std::int64_t>, float> crf;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        crf[{picture.role, picture.info->index}] = picture.info->crf.value();
+    EXPECT_EQ(reader.truncation(), "");
+    return crf;
+}
+
 TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     const synthetic::Folder folder;
     LiveEncoder encoder(quick());
@@ -61,12 +73,7 @@ TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     EXPECT_FALSE(begins(43, 2, false, 18));
     EXPECT_FALSE(begins(44, 2, false, 100));
     all += encoder.finish();
-    std::ofstream(folder / "a.mkv", std::ios::binary) << all;
-    StreamReader reader((folder / "a.mkv").string());
-    std::map<std::pair<TrackRole, std::int64_t>, float> crf;
-    for (const DecodedPicture& picture : synthetic::read_all(reader))
-        crf[{picture.role, picture.info->index}] = picture.info->crf.value();
-    EXPECT_EQ(reader.truncation(), "");
+    auto crf = coded_with(folder, all);
     EXPECT_EQ((crf[{TrackRole::main, 42}]), 20);
     EXPECT_EQ((crf[{TrackRole::main, 43}]), 38);
     EXPECT_EQ((crf[{TrackRole::depth, 43}]), 26) << "depth gives way after 12 steps";
@@ -89,12 +96,7 @@ TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
         all += coded.header + coded.bytes;
     }
     all += encoder.finish();
-    std::ofstream(folder / "a.mkv", std::ios::binary) << all;
-    StreamReader reader((folder / "a.mkv").string());
-    std::map<std::pair<TrackRole, std::int64_t>, float> crf;
-    for (const DecodedPicture& picture : synthetic::read_all(reader))
-        crf[{picture.role, picture.info->index}] = picture.info->crf.value();
-    EXPECT_EQ(reader.truncation(), "");
+    auto crf = coded_with(folder, all);
     EXPECT_EQ((crf[{TrackRole::window, 1}]), 38);
     EXPECT_EQ((crf[{TrackRole::main, 1}]), 26);
     EXPECT_EQ((crf[{TrackRole::window_depth, 1}]), 26);
