@@ -8,7 +8,8 @@
 #include <equistream/text.h>
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -60,6 +61,29 @@ void require_apart(const EyePairs& eye, const std::filesystem::path& folder) {
     }
 }
 
+void make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        throw WorkError(folder.string() + ": cannot be made: " + error.message());
+}
+
+/// Others' pictures of the same numbers would be replaced: a file says of a folder that its pictures are differences.
+void claim(const EyePairs& eye, const std::filesystem::path& folder) {
+    if (std::ranges::none_of(eye.pairs, [](const PicturePair& pair) { return pair.frame.has_value(); }))
+        return;
+    const std::filesystem::path mark = folder / "differences.json";
+    std::error_code error;
+    if (std::filesystem::exists(folder, error) && !std::filesystem::is_empty(folder, error) &&
+        !std::filesystem::exists(mark, error))
+        throw InputError(expected_found("--difference " + folder.string(),
+                                        "a new folder, or one with " + mark.filename().string() +
+                                            ", which says that its pictures are differences",
+                                        "a folder without it; remove it or choose another name"));
+    make_folder(folder);
+    write_file_atomically(mark, formatted("{\"amplified\": %d}\n", difference_gain));
+}
+
 void write_difference(const std::filesystem::path& file, ImageView<const std::uint8_t> picture,
                       ImageView<const std::uint8_t> truth) {
     ByteImage difference(picture.width, picture.height, 3);
@@ -67,10 +91,7 @@ void write_difference(const std::filesystem::path& file, ImageView<const std::ui
         for (int i = 0; i < 3 * picture.width; ++i)
             difference.pixel(0, y)[i] = static_cast<std::uint8_t>(
                 std::min(255, difference_gain * std::abs(picture.row(y)[i] - truth.row(y)[i])));
-    std::error_code error;
-    std::filesystem::create_directories(file.parent_path(), error);
-    if (error)
-        throw WorkError(file.parent_path().string() + ": cannot be made: " + error.message());
+    make_folder(file.parent_path());
     write_picture(file, difference.view());
 }
 
@@ -281,6 +302,75 @@ private:
     DisplayTransform transform_;
 };
 
+/// All frames of one eye, added in their order: sums are then the same to the last bit whatever was ready first.
+class EyeTotal {
+public:
+    explicit EyeTotal(const EyePairs& eye) : eye_(eye) { score_.eye = eye.eye; }
+
+    void add(const FrameSums& frame) {
+        const std::string truth = eye_.pairs[score_.frames.size()].truth.string();
+        if (score_.frames.empty()) {
+            score_.width = frame.width;
+            score_.height = frame.height;
+        }
+        require_size(truth, frame.width, frame.height, score_.width, score_.height);
+        const std::optional<bool> by = frame.flicker_by_motion;
+        if (by && by_motion_.value_or(*by) != *by)
+            throw InputError(expected_found(truth, "motion in all frames or in none",
+                                            *by ? "frames before it without" : "frames before it with motion"));
+        by_motion_ = by ? by : by_motion_;
+        score_.frames.push_back(frame.score);
+        score_.pooled.error += frame.score.error;
+        score_.pooled.gap_error += frame.score.gap_error;
+        score_.pooled.sphere_error += frame.score.sphere_error;
+        score_.pooled.similarity.all += frame.score.similarity.all;
+        score_.pooled.similarity.masked += frame.score.similarity.masked;
+        whole_.add(frame.whole);
+        noise_free_.add(frame.noise_free);
+    }
+
+    EyeScore score(const Histograms& histograms) {
+        ErrorHistogram histogram;
+        for (const ErrorHistogram& part : histograms)
+            histogram.add(part);
+        score_.worst_pixels = histogram.worst(worst_fraction);
+        score_.whole = whole_.errors();
+        score_.noise_free = noise_free_.errors();
+        score_.flicker_by_motion = by_motion_.value_or(false);
+        return std::move(score_);
+    }
+
+private:
+    const EyePairs& eye_;
+    EyeScore score_;
+    KindBlocks whole_, noise_free_;
+    std::optional<bool> by_motion_;
+};
+
+bool is_exr(const std::filesystem::path& file) {
+    return file.extension() == ".exr";
+}
+
+/// About, at its most: each picture as it was read, one scale's floats of it, its 8 bits and what is made of these.
+std::int64_t bytes_of(const PicturePair& pair, std::int64_t pixels, bool with_flicker) {
+    const bool is_linear = is_exr(pair.picture) || is_exr(pair.truth);
+    const bool has_floats = is_linear || !pair.second_truth.empty();
+    const int bytes_a_pixel = (is_linear ? 16 : 3) + (has_floats ? 12 : 0) + 8;
+    const int pictures = 2 + !pair.second_picture.empty() + !pair.second_truth.empty();
+    return pixels * bytes_a_pixel * pictures * (with_flicker ? 2 : 1);  // with those of the frame before
+}
+
+/// At most as many as there are threads: each pair uses all that are free.
+std::size_t pairs_at_once(const EyePairs& eye, const ComparisonOptions& options) {
+    if (eye.pairs.size() < 2)
+        return 1;
+    const PicturePair& pair = eye.pairs.front();
+    const ScoredPicture truth = read_scored_picture(pair.truth);  // all have its size
+    const std::int64_t bytes = bytes_of(pair, std::int64_t{truth.width()} * truth.height(), options.flicker);
+    return std::size_t(
+        std::clamp<std::int64_t>(options.bytes_at_once / bytes, 1, tbb::this_task_arena::max_concurrency()));
+}
+
 }  // namespace
 
 double EyeScore::mean_frame_psnr_db() const {
@@ -291,50 +381,34 @@ double EyeScore::mean_frame_psnr_db() const {
 }
 
 EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, const std::function<void()>& done) {
-    if (!options.difference_folder.empty())
+    if (!options.difference_folder.empty()) {
         require_apart(eye, options.difference_folder);
+        claim(eye, options.difference_folder);
+    }
     const PairMeasurement measurement(eye, options);
-    std::vector<FrameSums> frames(eye.pairs.size());
+    EyeTotal total(eye);
     Histograms histograms;
-    tbb::parallel_for(std::size_t{0}, eye.pairs.size(), [&](std::size_t i) {
+    std::size_t chosen = 0;
+    const auto choose = [&](tbb::flow_control& control) -> std::size_t {
+        if (chosen < eye.pairs.size())
+            return chosen++;
+        control.stop();
+        return 0;
+    };
+    const auto measure = [&](std::size_t i) {
         const PicturePair& pair = eye.pairs[i];
         const bool follows = options.flicker && i > 0 && pair.frame && *pair.frame == *eye.pairs[i - 1].frame + 1;
-        frames[i] = measurement.measure(pair, follows ? &eye.pairs[i - 1] : nullptr, histograms);
+        FrameSums sums = measurement.measure(pair, follows ? &eye.pairs[i - 1] : nullptr, histograms);
         if (done)
             done();
-    });
-
-    EyeScore score;
-    score.eye = eye.eye;
-    score.width = frames.front().width;
-    score.height = frames.front().height;
-    ErrorHistogram histogram;
-    KindBlocks whole, noise_free;
-    std::optional<bool> by_motion;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-        const FrameSums& frame = frames[i];
-        require_size(eye.pairs[i].truth, frame.width, frame.height, score.width, score.height);
-        score.frames.push_back(frame.score);
-        score.pooled.error += frame.score.error;
-        score.pooled.gap_error += frame.score.gap_error;
-        score.pooled.sphere_error += frame.score.sphere_error;
-        score.pooled.similarity.all += frame.score.similarity.all;
-        score.pooled.similarity.masked += frame.score.similarity.masked;
-        whole.add(frame.whole);
-        noise_free.add(frame.noise_free);
-        const std::optional<bool> by = frame.flicker_by_motion;
-        if (by && by_motion.value_or(*by) != *by)
-            throw InputError(expected_found(eye.pairs[i].truth.string(), "motion in all frames or in none",
-                                            *by ? "frames before it without" : "frames before it with motion"));
-        by_motion = by ? by : by_motion;
-    }
-    for (const ErrorHistogram& part : histograms)
-        histogram.add(part);
-    score.worst_pixels = histogram.worst(worst_fraction);
-    score.whole = whole.errors();
-    score.noise_free = noise_free.errors();
-    score.flicker_by_motion = by_motion.value_or(false);
-    return score;
+        return sums;
+    };
+    const auto add = [&](const FrameSums& sums) { total.add(sums); };
+    constexpr auto in_order = tbb::filter_mode::serial_in_order;
+    tbb::parallel_pipeline(pairs_at_once(eye, options), tbb::make_filter<void, std::size_t>(in_order, choose),
+                           tbb::make_filter<std::size_t, FrameSums>(tbb::filter_mode::parallel, measure),
+                           tbb::make_filter<FrameSums, void>(in_order, add));
+    return total.score(histograms);
 }
 
 }  // namespace equistream

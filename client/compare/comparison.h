@@ -4,6 +4,7 @@
 #include "picture_metrics.h"
 #include "unbiased_error.h"
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -19,7 +20,10 @@ struct ComparisonOptions {
     bool flicker = false;            ///< of whole and noise-free error, whichever is measured
     std::optional<double> exposure;  ///< instead of each EXR frame's own
     std::string view = default_view;
-    std::filesystem::path difference_folder;  ///< empty: no difference pictures
+    /// Empty: no difference pictures. Else a new folder, or one of earlier ones, as its differences.json says.
+    std::filesystem::path difference_folder;
+    /// Of pictures in memory: as many pairs are worked on at once as take no more, and one at least.
+    std::int64_t bytes_at_once = std::int64_t{4} << 30;
 };
 
 /// How much |picture - truth| is amplified in difference pictures.
@@ -64,7 +68,7 @@ struct EyeScore {
 
 /// Measures one eye; frames run in parallel. `done` is told after each frame, from any thread.
 /// Throws InputError for pictures that cannot be read or whose sizes differ, and where pictures share a file, a seed or
-/// noise that must not (unbiased_error.h). So does a difference folder that would take the compared pictures' places.
+/// noise that must not (unbiased_error.h). So does a difference folder whose pictures would be replaced by others.
 EyeScore compare_eye(const EyePairs& pairs, const ComparisonOptions& options, const std::function<void()>& done = {});
 
 }  // namespace equistream

@@ -65,6 +65,9 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
     figures.triangles_before = model.triangle_count();
     figures.unique_before = model.unique_triangle_count();
     const HeadBoxes boxes(scene.camera_path, figures.box_radius_m);
+    figures.centres = boxes.centres().size();
+    figures.cell_m = boxes.cell_m();
+    figures.added_m = boxes.added_m();
 
     tell("seeing what can be seen");
     auto start = Clock::now();

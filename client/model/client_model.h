@@ -39,9 +39,11 @@ struct ClientModelFigures {
     std::uint64_t triangles_before = 0, triangles_seen = 0, triangles_after = 0;  ///< with instances
     std::uint64_t unique_before = 0, unique_after = 0;                            ///< without
     double box_radius_m = 0;
-    int rounds = 0;      ///< of checking
-    bool holds = false;  ///< the last check kept the quantile
-    RayCheck check;      ///< the last one, by rays that no restoring was done for
+    std::uint64_t centres = 0;       ///< that stand for the path
+    double cell_m = 0, added_m = 0;  ///< as HeadBoxes has them
+    int rounds = 0;                  ///< of checking
+    bool holds = false;              ///< the last check kept the quantile
+    RayCheck check;                  ///< the last one, by rays that no restoring was done for
     double visibility_s = 0, simplify_s = 0, check_s = 0;
 };
 

@@ -38,24 +38,40 @@ struct TriangleCorners {
 
 class HeadBoxes {
 public:
-    HeadBoxes(const PosePath& path, double radius_m);
+    /// At least 8 centres, as many cells as meet in a corner of their grid.
+    HeadBoxes(const PosePath& path, double radius_m, std::size_t max_centres = 512);
 
     double radius_m() const { return radius_m_; }
-    /// Points of the path no further apart than the radius, unless there would be more than 512.
+    /// Points no further apart than the radius, along the path. Where these would be too many: middles of the grid's
+    /// cells that it comes through, in the order it does, so that laps count once.
     std::span<const glm::dvec3> centres() const { return centres_; }
+    /// For each centre a point of the path near it: the first in its cell. A cell's middle may lie within a wall.
+    std::span<const glm::dvec3> points_on_path() const { return on_path_; }
+    /// A cell's side: the radius, or as much more as it takes to have few enough. 0 where there is no grid.
+    double cell_m() const { return cell_m_; }
+    /// By how much balls around centres are larger than head boxes, so that they hold all of them: above 0 where cells
+    /// are larger than the radius, and then about half a cell's diagonal at most.
+    double added_m() const { return added_m_; }
     /// From the nearest centre to the nearest point of a triangle.
     double distance_m(const TriangleCorners& triangle) const;
     /// What the triangle may be displaced by, in metres: e (r - B) min(1, (r - B) cos t / B), the least over all
     /// centres, where cos t is taken from where in the ball the triangle is looked at a quarter of B from its plane.
-    /// 0 where it reaches into a box. `distance_m` is distance_m(triangle).
+    /// B is the radius and what is added to it. 0 where the triangle reaches into a ball. `distance_m` is
+    /// distance_m(triangle).
     double allowed_m(const TriangleCorners& triangle, double distance_m, double error_rad) const;
 
+    /// On the path itself, each length of it as likely. Where there is a grid, half of them are points_on_path, each as
+    /// likely.
     glm::dvec3 random_centre(Random& random) const;
     glm::dvec3 random_eye(Random& random) const { return random_centre(random) + radius_m_ * random.in_ball(); }
 
 private:
-    double radius_m_;
-    std::vector<glm::dvec3> centres_;
+    void take_cells(std::size_t max_centres);
+
+    double radius_m_, cell_m_ = 0, added_m_ = 0;
+    std::vector<glm::dvec3> keys_;
+    std::vector<double> along_m_;  // by key: the path's length up to it
+    std::vector<glm::dvec3> centres_, on_path_;
 };
 
 }  // namespace equistream

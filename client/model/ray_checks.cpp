@@ -74,13 +74,17 @@ SeenTriangles find_seen(const SceneModel& model, const Bvh& bvh, const HeadBoxes
     SeenTriangles seen(model.instances.size());
     for (std::size_t i = 0; i < seen.size(); ++i)
         seen[i].assign(model.meshes[model.instances[i].mesh].triangles.size(), 0);
-    const int spheres = int(std::max<std::int64_t>(2, rays / rays_of_a_sphere));
-    const int width = int(std::sqrt(2.0 * double(std::max<std::int64_t>(rays, 1 << 12)) / spheres)) / 8 * 8;
+    // Each cell has its own: of a long path's length, what one room takes is little.
+    const std::span<const glm::dvec3> starts = boxes.points_on_path();
+    const auto cells = std::int64_t(boxes.cell_m() > 0 ? starts.size() : 0);
+    const int spheres = int(std::max({std::int64_t{2}, rays / rays_of_a_sphere, cells}));
+    const int width =
+        std::max(8, int(std::sqrt(2.0 * double(std::max<std::int64_t>(rays, 1 << 12)) / spheres)) / 8 * 8);
     Random random(seed);
     for (int i = 0; i < spheres; ++i) {
-        const auto centre = boxes.centres()[std::size_t(i) * (boxes.centres().size() - 1) / std::size_t(spheres - 1)];
+        const glm::dvec3& start = starts[std::size_t(i) * (starts.size() - 1) / std::size_t(spheres - 1)];
         // Most is seen from the box's skin.
-        cast_sphere(bvh, centre + boxes.radius_m() * random.on_sphere(), width, Random(seed + std::uint64_t(i)), seen);
+        cast_sphere(bvh, start + boxes.radius_m() * random.on_sphere(), width, Random(seed + std::uint64_t(i)), seen);
     }
     tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
         trace_thread_init();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -11,10 +12,38 @@ namespace equistream {
 
 namespace {
 
-/// Of a recorded source; the ring has room for them while it keeps what is shown.
-constexpr std::size_t max_ahead = 3;
-/// As many as a play-out delay takes, and some: a quarter of a second at 30 frames/s.
-constexpr FrameRingOptions ring_options{.kept = 1, .capacity = 12};
+/// Planes of video are of 4:2:0: half a sample of colour for each of light, of two bytes in PQ.
+std::size_t bytes_of(const ReceivedPicture& picture) {
+    const std::size_t pixels = std::size_t(picture.width()) * std::size_t(picture.height());
+    const std::size_t colour = !picture.pq.empty()    ? 3 * pixels
+                               : !picture.yuv.empty() ? 3 * pixels / 2
+                                                      : picture.rgb.samples().size_bytes();
+    return colour + picture.depth_m.samples().size_bytes() + picture.specular.samples().size_bytes() +
+           picture.virtual_depth_m.samples().size_bytes();
+}
+
+std::size_t bytes_of(const ReceivedFrame& frame) {
+    std::size_t sum = bytes_of(frame.main);
+    for (const auto* other : {&frame.base, &frame.small, &frame.hidden, &frame.patches, &frame.right})
+        sum += *other ? bytes_of(**other) : 0;
+    for (const ReceivedPicture& view : frame.depth_views)
+        sum += bytes_of(view);
+    return sum;
+}
+
+/// In one refresh no more time passes than frames were read ahead: three refreshes at 60 a second. Of frames so large
+/// that they would not fit into the memory allowed fewer are: then refreshes wait for the next one.
+std::size_t frames_ahead(const ReceivedFrame& first, std::size_t max_bytes) {
+    constexpr double ahead_s = 0.05, most = 50;
+    constexpr std::size_t least = 3;
+    const auto wanted = std::size_t(std::ceil(std::min(ahead_s * first.main.info.frames_per_second, most)));
+    const std::size_t fitting = max_bytes / std::max<std::size_t>(1, bytes_of(first));
+    return std::max(least, std::min(wanted, fitting));
+}
+
+/// Beside those that are read ahead. Of a live source all of it is for the play-out delay: with them it is a quarter of
+/// a second at 30 frames/s, and some.
+constexpr std::size_t room_beside = 9;
 
 /// Before the nth attempt to reach a server again.
 std::chrono::duration<double> pause_before(int attempt) {
@@ -24,8 +53,8 @@ std::chrono::duration<double> pause_before(int attempt) {
 
 }  // namespace
 
-FrameLoader::FrameLoader(std::string source, FeedOptions options)
-    : source_(std::move(source)), options_(std::move(options)), reel_(std::make_shared<FrameReel>(ring_options)) {
+FrameLoader::FrameLoader(std::string source, FeedOptions options, std::size_t max_ahead_bytes)
+    : source_(std::move(source)), options_(std::move(options)) {
     options_.interrupted = [this, asked = std::move(options_.interrupted)] {
         if (asked && asked())
             return true;
@@ -39,15 +68,22 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
         is_open_ = true;
     }
     is_live_ = feed_->is_live();
+    can_jump_ = !is_live_ && !is_pipe(source_);
     transfers_ = feed_->transfers();
     summary_ = feed_->summary();
     if (!is_live_)  // to jump may take longer
         options_.first_frame_limit_s = std::numeric_limits<double>::infinity();
     first_ = frame.main.info;
     is_posed_ = frame.posed;
-    wanted_first_ = first_.index;
+    wanted_.first = first_.index;
+    max_ahead_ = frames_ahead(frame, is_live_ ? std::numeric_limits<std::size_t>::max() : max_ahead_bytes);
+    reel_ = new_reel();
     deliver(std::move(frame));
     thread_ = std::thread([this] { run(); });
+}
+
+std::shared_ptr<FrameReel> FrameLoader::new_reel() const {
+    return std::make_shared<FrameReel>(FrameRingOptions{.kept = 1, .capacity = max_ahead_ + room_beside});
 }
 
 /// Those before it cannot be shown, and their tags say nothing of the source.
@@ -76,7 +112,7 @@ FrameLoader::~FrameLoader() {
 }
 
 bool FrameLoader::may_read() const {
-    return !ended_ && !failure_ && (is_live_ || ahead_ < max_ahead);
+    return !ended_ && !failure_ && (is_live_ || ahead_ < max_ahead_);
 }
 
 void FrameLoader::run() {
@@ -143,19 +179,59 @@ LoaderFigures FrameLoader::figures() const {
     return figures_;
 }
 
-void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
-    const unsigned seeks = seeks_;
+/// Whether nobody waits any more for what is looked for.
+bool FrameLoader::is_outdated() const {
+    const std::lock_guard lock(mutex_);
+    return stopping_ || seeks_ != opened_for_;
+}
+
+void FrameLoader::go_to(std::int64_t frame) {
+    if (feed_ && !is_live_ && feed_->seek(frame))
+        return;
     FeedOptions options = options_;
     if (!is_live_)
-        options.first_frame = wanted_first_;
-    lock.unlock();
-    if (!feed_ || (opened_for_ != seeks && (is_live_ || !feed_->seek(options.first_frame)))) {
-        feed_.reset();
-        feed_bytes_ = 0;
-        feed_ = open_feed(source_, options);
+        options.first_frame = frame;
+    feed_.reset();
+    feed_bytes_ = 0;
+    feed_ = open_feed(source_, options);
+}
+
+std::optional<ReceivedFrame> FrameLoader::find(const Wanted& wanted) {
+    following_.reset();
+    go_to(wanted.first);
+    std::optional<ReceivedFrame> found = feed_->next();
+    const bool is_earlier = found && wanted.before_s && found->main.info.time_s < *wanted.before_s;
+    return !wanted.before_s || is_earlier || wanted.first <= first_.index ? std::move(found) : find_last_before(wanted);
+}
+
+/// Nobody knows which numbers there are: looks for it ever farther back. Twice as far, so that of dense frames before a
+/// gap no more are read than the gap has numbers.
+std::optional<ReceivedFrame> FrameLoader::find_last_before(const Wanted& wanted) {
+    constexpr std::int64_t farther = 2;
+    for (std::int64_t back = farther; !is_outdated(); back *= farther) {
+        const std::int64_t from = std::max(first_.index, wanted.first - back);
+        go_to(from);
+        std::optional<ReceivedFrame> last, found = feed_->next();
+        while (found && found->main.info.time_s < *wanted.before_s && !is_outdated()) {
+            last = std::exchange(found, std::nullopt);
+            found = feed_->next();
+        }
+        if (last)
+            following_ = std::move(found);
+        if (last || from == first_.index)
+            return last ? std::move(last) : std::move(found);
     }
-    opened_for_ = seeks;
-    std::optional<ReceivedFrame> frame = feed_->next();
+    return std::nullopt;
+}
+
+void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
+    const unsigned seeks = seeks_;
+    const Wanted wanted = wanted_;
+    lock.unlock();
+    const bool has_jumped = std::exchange(opened_for_, seeks) != seeks;
+    std::optional<ReceivedFrame> frame = has_jumped || !feed_ ? find(wanted)
+                                         : following_         ? std::exchange(following_, std::nullopt)
+                                                              : feed_->next();
     lock.lock();
     if (seeks != seeks_ || stopping_)
         return;
@@ -164,7 +240,7 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
         const bool is_back = std::exchange(attempts_, 0) > 0;
         figures_.reconnections += is_back;
         if (is_back && frame->main.info.index <= newest_)
-            reel_ = std::make_shared<FrameReel>(ring_options);
+            reel_ = new_reel();
         deliver(std::move(*frame));
         return;
     }
@@ -203,11 +279,11 @@ void FrameLoader::passed(const FrameReel& reel, std::size_t frames) {
     changed_.notify_all();
 }
 
-void FrameLoader::seek(std::int64_t frame) {
+void FrameLoader::seek(std::int64_t frame, std::optional<double> before_s) {
     {
         const std::lock_guard lock(mutex_);
-        wanted_first_ = frame;
-        reel_ = std::make_shared<FrameReel>(ring_options);
+        wanted_ = {frame, before_s};
+        reel_ = new_reel();
         ahead_ = 0;
         ++seeks_;
         ended_ = false;

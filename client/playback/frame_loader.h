@@ -12,6 +12,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -46,8 +47,9 @@ public:
     /// Opens the source and waits for its first frame, which is in the reel then. Frames of other sizes than they are
     /// tagged with are passed over until then. Throws InputError as open_feed does, and where there is none; WorkError
     /// where none is left. What limits the first frame limits no jump of a recorded source. `options` without
-    /// frames_ahead and first_frame; `interrupted` ends this and what is read later.
-    FrameLoader(std::string source, FeedOptions options);
+    /// frames_ahead and first_frame; `interrupted` ends this and what is read later. Of a recorded source as
+    /// many frames are read ahead as `max_ahead_bytes` hold, and at least three.
+    FrameLoader(std::string source, FeedOptions options, std::size_t max_ahead_bytes = std::size_t{512} << 20);
     ~FrameLoader();
     FrameLoader(const FrameLoader&) = delete;
     FrameLoader& operator=(const FrameLoader&) = delete;
@@ -56,6 +58,8 @@ public:
     /// Of the first frame.
     const FrameInfo& first() const { return first_; }
     bool is_live() const { return is_live_; }
+    /// Whether frames can be asked for again: not of a server, nor of a pipe.
+    bool can_jump() const { return can_jump_; }
     /// Whether the first frame says where it was seen from.
     bool is_posed() const { return is_posed_; }
     /// Whether a track says that its transfer is this one (FrameFeed::transfers).
@@ -71,20 +75,33 @@ public:
     LoaderState state() const;
     /// So many frames of this reel were shown, or passed over: as many more may be read.
     void passed(const FrameReel& reel, std::size_t frames);
-    /// Starts again at a frame, in another reel. Where the source has no frame from there on it is at its end. A live
-    /// one is connected to anew and comes as its server sends it.
-    void seek(std::int64_t frame);
+    /// Starts again at a frame, in another reel: the first from this one on. Where all from there on are of `before_s`
+    /// or later, the last one before that time; where there is none before it either, the first of all. Where the
+    /// source has no frame from there on it is at its end. A live one is connected to anew and comes as its server
+    /// sends it. Not of a pipe.
+    void seek(std::int64_t frame, std::optional<double> before_s = {});
     LoaderFigures figures() const;
     std::string truncation() const;  ///< FrameFeed's, after the end
     /// Throws what reading threw.
     void rethrow() const;
 
 private:
+    /// What seek() was told.
+    struct Wanted {
+        std::int64_t first = 0;
+        std::optional<double> before_s;
+    };
+
     ReceivedFrame first_sound_frame();
+    std::shared_ptr<FrameReel> new_reel() const;
     bool is_late() const { return seconds_since(began_) > options_.first_frame_limit_s; }
     void run();
     bool may_read() const;
     void read(std::unique_lock<std::mutex>& lock);
+    void go_to(std::int64_t frame);
+    std::optional<ReceivedFrame> find(const Wanted& wanted);
+    std::optional<ReceivedFrame> find_last_before(const Wanted& wanted);
+    bool is_outdated() const;
     void fail(std::unique_lock<std::mutex>& lock);
     void hang_up(std::unique_lock<std::mutex>& lock);
     void wait_to_try_again(std::unique_lock<std::mutex>& lock);
@@ -98,14 +115,16 @@ private:
     std::condition_variable changed_;
     std::unique_ptr<FrameFeed> feed_;
     FrameInfo first_;
-    bool is_live_ = false, is_posed_ = false;
+    bool is_live_ = false, is_posed_ = false, can_jump_ = false;
     std::vector<std::string> transfers_;
     FeedSummary summary_;
+    std::size_t max_ahead_ = 0;  ///< of a recorded source; the ring has room for them while it keeps what is shown
     std::shared_ptr<FrameReel> reel_;
-    std::int64_t newest_ = -1;  ///< number in the reel; the reading thread's own
-    std::int64_t cut_at_ = -1;  ///< the newest when the source ended last; the reading thread's own
-    std::size_t ahead_ = 0;     ///< of them, not yet passed
-    std::int64_t wanted_first_ = 0;
+    std::optional<ReceivedFrame> following_;  ///< read already, by a search; the reading thread's own
+    std::int64_t newest_ = -1;                ///< number in the reel; the reading thread's own
+    std::int64_t cut_at_ = -1;                ///< the newest when the source ended last; the reading thread's own
+    std::size_t ahead_ = 0;                   ///< of them, not yet passed
+    Wanted wanted_;
     unsigned seeks_ = 0;       ///< a frame that was read before the last does not count
     unsigned opened_for_ = 0;  ///< of seeks, what feed_ was opened for; the reading thread's own
     int attempts_ = 0;

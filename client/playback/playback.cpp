@@ -47,18 +47,45 @@ void Playback::play() {
     if (over_ && is_live()) {
         loader_.seek(loader_.first().index);
         forget_reel();
+    } else if (over_ && !can_jump()) {
+        return;
     } else if (over_) {
         seek(loader_.first().time_s);
     }
     paused_ = false;
 }
 
-void Playback::seek(double time_s) {
+/// Of the first frame that is not before this time, if none is missing.
+std::int64_t Playback::number_at(double time_s) const {
     const FrameInfo& first = loader_.first();
-    time_s_ = std::max(time_s, first.time_s);
-    const double frames = (time_s_ - first.time_s) * first.frames_per_second;
-    loader_.seek(first.index + std::int64_t(std::ceil(std::min(frames - same_frame, double(max_frame_index)))));
+    const double frames = std::max(0.0, time_s - first.time_s) * first.frames_per_second;
+    return first.index + std::int64_t(std::ceil(std::min(frames - same_frame, double(max_frame_index))));
+}
+
+void Playback::seek(double time_s) {
+    jump(time_s, number_at(time_s), {});
+}
+
+void Playback::seek_back(double time_s) {
+    if (last_shown_)
+        jump(time_s, std::max(loader_.first().index, std::min(number_at(time_s), last_shown_->number - 1)),
+             last_shown_->frame_time_s);
+    else
+        seek(time_s);
+}
+
+void Playback::jump(double time_s, std::int64_t number, std::optional<double> before_s) {
+    if (!can_jump())
+        return;
+    time_s_ = std::max(time_s, loader_.first().time_s);
+    loader_.seek(number, before_s);
     forget_reel();
+}
+
+double Playback::time_on_s(double from_s, double by_s, double seconds) const {
+    const double last_s = loader_.first().time_s + seconds - interval_s(), rounding_s = interval_s() / 2;
+    const bool is_known = seconds > 0 && from_s <= last_s + rounding_s;
+    return is_known ? std::max(from_s, std::min(from_s + by_s, last_s - rounding_s)) : from_s + by_s;
 }
 
 void Playback::forget_reel() {
@@ -99,7 +126,8 @@ void Playback::count(const FrameStamp& stamp) {
         return;
     }
     if (last_arrival_) {
-        counts_.lost += stamp.number - last_arrival_->number - 1;
+        if (loader_.is_posed() || is_live())  // other videos' frames are numbered by their times
+            counts_.lost += stamp.number - last_arrival_->number - 1;
         const double between_s = stamp.arrival_s - last_arrival_->arrival_s;
         const double off_s = std::abs(between_s - (stamp.frame_time_s - last_arrival_->frame_time_s));
         jitter_s_ += (off_s - jitter_s_) / jitter_frames;
@@ -204,7 +232,8 @@ Playback::Moment Playback::show(double frame_time_s) {
     const auto done = std::erase_if(came_, [&](std::int64_t number) { return number <= shown_number_; });
     if (!is_first && done > 1)
         counts_.skipped += std::int64_t(done) - 1;
-    shown_s_ = reel_->stamp(frames[0]).frame_time_s;
+    last_shown_ = reel_->stamp(frames[0]);
+    shown_s_ = last_shown_->frame_time_s;
     const auto passed = std::erase_if(waiting_, [&](const FrameStamp& stamp) { return stamp.number <= shown_number_; });
     loader_.passed(*reel_, passed);
     // Taken out of the ring: nobody else keeps a frame that is no longer shown.

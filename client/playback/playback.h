@@ -22,7 +22,7 @@ namespace equistream {
 /// Of a source, since it was opened.
 struct PlaybackCounts {
     std::int64_t late = 0;     ///< frames that came after the time at which they were to be shown
-    std::int64_t lost = 0;     ///< numbers that no frame came with, so far
+    std::int64_t lost = 0;     ///< numbers that no frame came with, so far; of posed frames and live sources
     std::int64_t skipped = 0;  ///< frames that came and were passed over
 };
 
@@ -43,13 +43,21 @@ public:
     void hold() { is_held_ = true; }
 
     void pause() { paused_ = true; }
-    /// From the beginning where it is over; a server is asked anew.
+    /// From the beginning where it is over; a server is asked anew. A pipe stays over.
     void play();
     bool is_paused() const { return paused_; }
     /// Recorded sources: the next frame is shown as soon as it is there, paused or not.
     void step() { stepping_ = true; }
-    /// Recorded sources: from the first frame at `time_s` on.
+    /// Whether there are jumps in time: not in what comes live, nor in a pipe.
+    bool can_jump() const { return loader_.can_jump(); }
+    /// Where there are jumps: from the first frame at `time_s` on.
     void seek(double time_s);
+    /// The same, but from the last frame before the one that was shown last where that would be no earlier one. Frame
+    /// numbers may have gaps.
+    void seek_back(double time_s);
+    /// So much later than `from_s`, and no later than leads to the last frame of a source of so many `seconds`; 0: not
+    /// known.
+    double time_on_s(double from_s, double by_s, double seconds) const;
 
     bool is_live() const { return loader_.is_live(); }
     double time_s() const { return time_s_; }  ///< of the source
@@ -75,6 +83,8 @@ public:
 
 private:
     void take_arrivals();
+    std::int64_t number_at(double time_s) const;
+    void jump(double time_s, std::int64_t number, std::optional<double> before_s);
     void count(const FrameStamp& stamp);
     void begin_at_next();
     Moment refresh_live(bool ended, double elapsed_s);
@@ -97,7 +107,8 @@ private:
     double due_s_ = 0;                 ///< on base_s_: frames are due so long after their own time
     std::vector<FrameStamp> waiting_;  ///< of a recorded source: came, and not passed
     std::int64_t shown_number_ = -1;
-    double shown_s_ = 0, newest_s_ = 0;  ///< frame times
+    double shown_s_ = 0, newest_s_ = 0;     ///< frame times
+    std::optional<FrameStamp> last_shown_;  ///< before and after jumps
     double newest_arrival_s_ = 0;
     std::optional<double> path_delay_s_;  ///< of a live source: the clock's, followed
     double behind_s_ = 0;                 ///< of a live source: what that lets come less what is shown

@@ -2,10 +2,14 @@
 /// The feeds behind open_feed.
 #include "receive.h"
 
+#include <cstddef>
+
 namespace equistream {
 
 std::unique_ptr<FrameFeed> open_folder_feed(const std::string& folder, const FeedOptions& options);
-std::unique_ptr<FrameFeed> open_stream_feed(const std::string& source, const FeedOptions& options);
+/// `max_held_bytes`: of pictures that wait for others of their frame, beyond a few frames' own.
+std::unique_ptr<FrameFeed> open_stream_feed(const std::string& source, const FeedOptions& options,
+                                            std::size_t max_held_bytes = std::size_t{512} << 20);
 /// Nothing where nobody says.
 inline TrackRoles asked_to_leave_out(const FeedOptions& options) {
     return options.left_out ? options.left_out() : TrackRoles{};

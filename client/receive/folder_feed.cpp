@@ -48,19 +48,20 @@ public:
         if (is_ods(frame.main.info.camera)) {
             frame.posed = false;
             if (main_ == "left" && fs::exists(file("right", index)))
-                frame.right = read("right", index, true);
+                frame.right = read_beside(frame.main.info, "right", companion_of(TrackRole::main));
             return frame;
         }
         for (auto [view, picture] :
              {std::pair{"small", &frame.small}, {"hidden", &frame.hidden}, {"patches", &frame.patches}})
             if (wants(role_of(view)) && fs::exists(file(view, index)))
-                *picture = read(view, index, true);
+                *picture = read_beside(frame.main.info, view, companion_of(role_of(view)));
         require_patches_of_main(folder_.string(), frame);
         for (const char* view : {".", "centre", "left", "right"})
             if (wants_depth_of(view) && view != main_ && fs::exists(file(view, index)))
-                frame.depth_views.push_back(read(view, index, false));
+                frame.depth_views.push_back(read_beside(frame.main.info, view, Companion::scene));
         if (wants(TrackRole::window) && fs::exists(file("window", index)))
-            look_through_window(folder_.string(), read("window", index, true), frame);
+            look_through_window(folder_.string(),
+                                read_beside(frame.main.info, "window", companion_of(TrackRole::window)), frame);
         return frame;
     }
 
@@ -154,6 +155,14 @@ private:
             track = tracks_.insert(track, {view, 0, 0});
         track->pictures += 1;
         track->bytes += std::int64_t(fs::file_size(path, ignored));
+        return picture;
+    }
+
+    /// Of the same render, as encode asks. Of other eyes only the depth is used, each from its own place: these need
+    /// share the scene alone.
+    ReceivedPicture read_beside(const FrameInfo& main, const std::string& view, Companion companion) {
+        ReceivedPicture picture = read(view, main.index, companion != Companion::scene);
+        require_companion(companion, folder_ / main_, main, folder_ / view, picture.info, ", or remove that folder");
         return picture;
     }
 

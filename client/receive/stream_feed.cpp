@@ -1,5 +1,6 @@
 #include "decoded_pictures.h"
 #include "feeds.h"
+#include "foreign_numbers.h"
 
 #include <client/transport/address.h>
 #include <client/transport/server_connection.h>
@@ -12,10 +13,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 namespace equistream {
@@ -23,9 +24,9 @@ namespace equistream {
 namespace {
 
 /// A picture is waited for until a later one of its track has come, or so much is held: tracks are interleaved only
-/// roughly (a fragmented mp4 through a pipe brings a group of one, then of the other), and one may simply have ended.
-constexpr std::size_t max_held_frames = 64;
-constexpr std::size_t max_held_bytes = std::size_t{512} << 20;
+/// roughly (a fragmented mp4 may bring a group of one, then of the other), and one may simply have ended. A few frames
+/// are held however large: decoders hold back different numbers of pictures.
+constexpr std::size_t max_held_frames = 64, always_held_frames = 4;
 
 /// A track is somebody else's if its first pictures carry no frame data; a single one of ours may have lost it.
 constexpr int pictures_to_judge_by = 4;
@@ -47,7 +48,7 @@ void swap_eyes(DecodedPicture& left, DecodedPicture& right) {
 
 class StreamFeed : public FrameFeed {
 public:
-    StreamFeed(const std::string& source, const FeedOptions& options)
+    StreamFeed(const std::string& source, const FeedOptions& options, std::size_t max_held_bytes)
         : source_(without_secrets(source)), reader_(source_, connected(source,
                                                                        {.rgb = true,
                                                                         .yuv = options.yuv,
@@ -59,7 +60,8 @@ public:
                                                                         .memory = options.memory,
                                                                         .interrupted = options.interrupted},
                                                                        options.poses)),
-          options_(options), left_out_(asked_to_leave_out(options)), tracks_(reader_.tracks().size()) {
+          options_(options), max_held_bytes_(max_held_bytes), left_out_(asked_to_leave_out(options)),
+          tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
         file_bytes_ = error ? 0 : double(size);
@@ -113,13 +115,14 @@ public:
                 .frames = {}};
     }
     bool seek(std::int64_t frame) override {
-        if (!begun_ || !reader_.seek(double(frame - begun_->index) / begun_->frames_per_second))
+        const double time_s = begun_ ? double(frame - begun_->index) / begun_->frames_per_second : 0;
+        if (!begun_ || !reader_.seek(time_s))
             return false;
         options_.first_frame = frame;
         waiting_.clear();
         unjudged_.clear();
         last_given_ = frame - 1;
-        foreign_index_ = std::nullopt;
+        foreign_.jump(time_s);
         ended_ = false;
         for (Track& track : tracks_) {
             track.last = -1;
@@ -183,9 +186,9 @@ private:
         const auto& main = frame.picture(TrackRole::main);
         if (!reader_.is_live() || !main || !main->time_s)
             return true;
-        constexpr double same_time_s = 0.002;  // containers round times, some to milliseconds
         const std::optional<double> newest_s = reader_.newest_s(track);
-        return newest_s && *newest_s >= *main->time_s - same_time_s && tracks_.front().last <= main->info->index;
+        return newest_s && *newest_s >= *main->time_s - container_rounding_s &&
+               tracks_.front().last <= main->info->index;
     }
 
     bool holds_too_much() const {
@@ -195,7 +198,7 @@ private:
             for (const auto& [place, tile] : partial.tiles)
                 bytes += tile.bytes();
         }
-        return waiting_.size() > max_held_frames || bytes > max_held_bytes;
+        return waiting_.size() > max_held_frames || (waiting_.size() > always_held_frames && bytes > max_held_bytes_);
     }
 
     void take(std::optional<DecodedPicture> decoded) {
@@ -232,6 +235,8 @@ private:
         for (Track& track : tracks_)
             track.origin = Origin::foreign;
         for (DecodedPicture& picture : std::exchange(unjudged_, {})) {
+            if (foreign_.is_before_jump(picture.time_s, foreign_rate()))
+                continue;
             std::optional<DecodedPicture> right;
             if (packing() != StereoPacking::none)
                 right = split_eyes(picture, packing());
@@ -284,21 +289,18 @@ private:
         tile.picture(picture.role) = std::move(picture);
     }
 
-    /// Video without our data is taken for a full sphere, unless it is tagged with a part of one; its pictures are
-    /// numbered as they come.
+    double foreign_rate() const {
+        const double per_second = reader_.tracks().front().most_frames_per_second;
+        return range_mismatch(per_second, 1e-6, 1e6) ? FrameInfo{}.frames_per_second : per_second;
+    }
+
+    /// Video without our data is taken for a full sphere, unless it is tagged with a part of one.
     FrameInfo foreign_info(const DecodedPicture& picture) {
-        constexpr double latest_frame = max_frame_index;
         FrameInfo info;
-        const auto& tracks = reader_.tracks();
-        if (!tracks.empty() && !range_mismatch(tracks.front().frames_per_second, 1e-6, 1e6))
-            info.frames_per_second = tracks.front().frames_per_second;
-        if (!foreign_index_)
-            foreign_index_ = std::llround(
-                std::clamp(picture.time_s.value_or(0) * info.frames_per_second, -latest_frame, latest_frame));
-        info.index = (*foreign_index_)++;
-        info.time_s = double(info.index) / info.frames_per_second;
-        info.camera =
-            EquirectCamera{picture.width, picture.height, tracks.front().sphere.value_or(LongitudeLatitudeRange{})};
+        info.frames_per_second = foreign_rate();
+        std::tie(info.index, info.time_s) = foreign_.next(picture.time_s, info.frames_per_second);
+        info.camera = EquirectCamera{picture.width, picture.height,
+                                     reader_.tracks().front().sphere.value_or(LongitudeLatitudeRange{})};
         return info;
     }
 
@@ -310,13 +312,14 @@ private:
     std::string source_;
     StreamReader reader_;
     FeedOptions options_;
+    std::size_t max_held_bytes_;
     TrackRoles left_out_;
     std::map<std::int64_t, DecodedFrame> waiting_;
     std::int64_t last_given_ = -1;
     std::array<int, track_role_count> tracks_of_role_{};
-    std::vector<Track> tracks_;                      // as the reader's
-    std::vector<DecodedPicture> unjudged_;           // of the main track
-    std::optional<std::int64_t> foreign_index_ = 0;  // of the next picture; nothing: after a jump, its time says
+    std::vector<Track> tracks_;             // as the reader's
+    std::vector<DecodedPicture> unjudged_;  // of the main track
+    ForeignNumbers foreign_;
     struct Beginning {
         std::int64_t index;
         double frames_per_second;
@@ -329,8 +332,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<FrameFeed> open_stream_feed(const std::string& source, const FeedOptions& options) {
-    return std::make_unique<StreamFeed>(source, options);
+std::unique_ptr<FrameFeed> open_stream_feed(const std::string& source, const FeedOptions& options,
+                                            std::size_t max_held_bytes) {
+    return std::make_unique<StreamFeed>(source, options, max_held_bytes);
 }
 
 }  // namespace equistream

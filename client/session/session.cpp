@@ -157,7 +157,7 @@ es_pose pose_of(const Pose& pose) {
 }
 
 bool Session::begins_anew() const {
-    return settings_.loop && !playback_->is_live() && !playback_->is_paused();
+    return settings_.loop && playback_->can_jump() && !playback_->is_paused();
 }
 
 /// Shows what is due. Returns why that cannot be; empty: it can.
@@ -324,6 +324,8 @@ void Session::play() {
 void Session::seek(double time_s) {
     if (is_live())
         throw InputError(expected_found("time_s", "a recorded source", "a live one, which comes as it comes"));
+    if (!playback_->can_jump())
+        throw InputError(expected_found("time_s", "a source that can be read again", "a pipe"));
     is_over_ = false;
     playback_->seek(time_s);
 }

@@ -76,13 +76,17 @@ bool is_cast(std::string_view depth);
 /// Whether it is by OpenGL: gl or gl-cube.
 bool is_drawn(std::string_view depth);
 
-/// For help texts: "rotation (turns only), mesh (...)"; with `only_gpu` of rows that the viewer has.
+/// For help texts: a line "NAME  what it is" of each, below what is above; with `only_gpu` of rows that the viewer has.
 template <std::derived_from<Stage> Row>
 std::string described(std::span<const Row> rows, bool only_gpu = false) {
+    constexpr std::size_t column = 14;
     std::string text;
-    for (const Row& row : rows)
+    for (const Row& row : rows) {
+        std::string name(row.name);
+        name.resize(column, ' ');
         if (row.on_gpu || !only_gpu)
-            text += (text.empty() ? "" : ", ") + std::string(row.name) + " (" + std::string(row.help) + ")";
+            text += "\n" + name + std::string(row.help);
+    }
     return text;
 }
 

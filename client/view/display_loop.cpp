@@ -223,6 +223,10 @@ void DisplayLoop::keep_changes() {
 void DisplayLoop::ask_for_more() {
     if (opening_ || !may_reopen_ || !needs_reopening(source_->settings, shown_))
         return;
+    if (!source_->loader.can_jump() && !source_->loader.is_live()) {
+        may_reopen_ = false;
+        return presenter_->tell("what this needs was left out of a pipe, which is read once");
+    }
     ViewerSettings settings = source_->settings;
     settings.shown = shown_;
     resumes_ = true;

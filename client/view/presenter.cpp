@@ -176,8 +176,8 @@ void Presenter::steer(double now_s) {
 bool Presenter::advance(double now_s) {
     bool is_new = false;
     try {
-        if (next_seek_s_ && !seeking_s_)
-            seek(*std::exchange(next_seek_s_, std::nullopt));
+        if (next_jump_ && !seeking_s_)
+            jump(*std::exchange(next_jump_, std::nullopt));
         const Playback::Moment moment = playback_.refresh(now_s);
         if (moment.frame || moment.is_over)
             seeking_s_.reset();
@@ -226,7 +226,7 @@ void Presenter::show(SharedFrame frame) {
 void Presenter::end() {
     if (!loader_.truncation().empty())
         tell(loader_.truncation());
-    if (shown_.loop && !playback_.is_paused() && !playback_.is_live())
+    if (shown_.loop && !playback_.is_paused() && playback_.can_jump())
         playback_.seek(loader_.first().time_s);
     else
         playback_.pause();

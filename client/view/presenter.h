@@ -63,8 +63,17 @@ public:
     ViewerReport report();
 
 private:
+    /// A place that is sought; back: an earlier frame than the one that is shown (Playback::seek_back).
+    struct Jump {
+        double time_s;
+        bool goes_back;
+    };
+
     /// Where it is, or is to be after the jumps that are under way.
     double wanted_s() const;
+    void jump(const Jump& to);
+    void jump_back(double by_s);
+    void jump_on(double by_s);
     /// What is drawn again only if it changes.
     struct Drawn {
         Pose head;
@@ -142,7 +151,8 @@ private:
     Playback playback_;
     // Of a recorded source: a place that is sought and not shown yet, and the latest one that was asked for meanwhile.
     // A mouse that is dragged would else keep every one of them from being shown.
-    std::optional<double> seeking_s_, next_seek_s_;
+    std::optional<double> seeking_s_;
+    std::optional<Jump> next_jump_;
     std::shared_ptr<gl::PqDisplay> pq_display_;  ///< of HDR frames; null: there are none
     std::unique_ptr<gl::EyeRenderer> renderer_;
     gl::Display display_;

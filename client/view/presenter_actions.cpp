@@ -24,16 +24,38 @@ void Presenter::tell(std::string message) {
 }
 
 double Presenter::wanted_s() const {
-    return next_seek_s_ ? *next_seek_s_ : seeking_s_.value_or(frame().main.info.time_s);
+    return next_jump_ ? next_jump_->time_s : seeking_s_.value_or(frame().main.info.time_s);
 }
 
 void Presenter::seek(double time_s) {
+    jump({time_s, false});
+}
+
+void Presenter::jump(const Jump& to) {
     if (playback_.is_live())
-        tell("there are no jumps in time in what comes live");
-    else if (seeking_s_)
-        next_seek_s_ = time_s;
+        return tell("there are no jumps in time in what comes live");
+    if (!playback_.can_jump())
+        return tell("there are no jumps in time in a pipe: it is read once");
+    if (seeking_s_) {
+        next_jump_ = to;
+        return;
+    }
+    seeking_s_ = to.time_s;
+    if (to.goes_back)
+        playback_.seek_back(to.time_s);
     else
-        playback_.seek(*(seeking_s_ = time_s));
+        playback_.seek(to.time_s);
+}
+
+void Presenter::jump_back(double by_s) {
+    jump({wanted_s() - by_s, true});
+}
+
+/// At the last frame there is nothing to jump to.
+void Presenter::jump_on(double by_s) {
+    const double at_s = wanted_s(), to_s = playback_.time_on_s(at_s, by_s, source_.seconds());
+    if (to_s > at_s)
+        seek(to_s);
 }
 
 void Presenter::choose(const ShownSetting& setting, const std::string& value) {
@@ -83,7 +105,6 @@ void Presenter::act(Action action) {
     const FrameInfo& info = frame().main.info;
     const double interval_s = 1 / info.frames_per_second;
     const double jump_s = std::max(second_s, interval_s);  // never to the same frame
-    const double at_s = wanted_s();
     // Those that are held are steer's.
     const std::map<Action, std::function<void()>> once = {
         {Action::centre,
@@ -97,18 +118,18 @@ void Presenter::act(Action action) {
         {Action::frame_back,
          [&] {
              playback_.pause();
-             seek(at_s - interval_s);
+             jump_back(interval_s);
          }},
         {Action::frame_on,
          [&] {
              playback_.pause();
              if (seeking_s_)
-                 seek(at_s + interval_s);
+                 jump_on(interval_s);
              else
                  playback_.step();
          }},
-        {Action::second_back, [&] { seek(at_s - jump_s); }},
-        {Action::second_on, [&] { seek(at_s + jump_s); }},
+        {Action::second_back, [&] { jump_back(jump_s); }},
+        {Action::second_on, [&] { jump_on(jump_s); }},
         {Action::to_start, [&] { seek(loader_.first().time_s); }},
         {Action::darker, [&] { expose(-exposure_step_stops); }},
         {Action::brighter, [&] { expose(exposure_step_stops); }},

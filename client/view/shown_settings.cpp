@@ -54,8 +54,9 @@ ShownSetting method_row() {
             .key = Action::next_method,
             .words = methods,
             .has_default = false,
-            .help = described(engine_stages(), true) +
-                    "; default: eye-depth with --scene or --model, else mesh where the stream has depth, else rotation",
+            .help = "How the eyes' pictures are made. Default: eye-depth with --scene or --model, else mesh where the "
+                    "stream has depth, else rotation" +
+                    described(engine_stages(), true),
             .value =
                 [](const ShownSettings& shown) {
                     return !shown.by_depth ? "rotation" : shown.by_geometry ? "eye-depth" : shown.engine;
@@ -128,8 +129,8 @@ ShownSetting fill_row() {
             .key = Action::fill,
             .words = off_or_on,
             .parts = passes,
-            .help = "Passes that fill gaps, in order, of " + described(fill_stages(), true) + "; on: " + default_fill +
-                    "; off: gaps stay black",
+            .help = "Passes that fill gaps, in order, between commas. on: " + std::string(default_fill) +
+                    ". off: gaps stay black" + described(fill_stages(), true),
             .value = [=](const ShownSettings& shown) { return shown.fill ? chain_of(shown) : std::string("off"); },
             .set =
                 [](ShownSettings& shown, const std::string& word) {

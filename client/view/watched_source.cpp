@@ -44,12 +44,9 @@ WatchedSource::WatchedSource(const ViewerSettings& wanted, std::function<bool()>
                    .value_or("");
     if (!wanted.truth.empty())
         truth.emplace(wanted.truth);
-    // What a container says of ours counts the pictures that come before they are shown.
-    const bool is_ours = !loader.first().host.empty();
     std::error_code error;
-    if (const auto bytes = std::filesystem::file_size(wanted.source, error);
-        !error && bytes <= LengthFinder::max_bytes && (is_ours || !loader.seconds()))
-        length_.emplace(wanted.source);
+    if (!loader.seconds() && std::filesystem::is_regular_file(wanted.source, error))
+        length_.emplace(wanted.source, 1 / loader.first().frames_per_second);
 }
 
 double WatchedSource::seconds() const {
@@ -57,12 +54,12 @@ double WatchedSource::seconds() const {
     return found_s > 0 ? found_s : loader.seconds().value_or(0);
 }
 
-LengthFinder::LengthFinder(const std::string& file)
-    : thread_([this, file] {
+LengthFinder::LengthFinder(const std::string& file, double frame_s)
+    : thread_([this, file, frame_s] {
           try {
-              const double seconds = read_send_times(file, [this] { return stopping_.load(); }).longest_track_s;
+              const double until_last_s = read_send_times(file, [this] { return stopping_.load(); }).longest_track_s;
               if (!stopping_)
-                  seconds_ = seconds;
+                  seconds_ = until_last_s + frame_s;
           } catch (const std::exception&) {
               // Then it is not known.
           }

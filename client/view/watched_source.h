@@ -8,7 +8,6 @@
 #include <client/warp/gl/picture_buffers.h>
 
 #include <atomic>
-#include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -18,14 +17,11 @@
 
 namespace equistream {
 
-/// How long a file of ours is, which its container does not say: found by a thread that reads all of it, behind what is
-/// played.
+/// How long a file is whose container does not say it: found by a thread that reads all of it, behind what is played.
 class LengthFinder {
 public:
-    /// Files beyond that are not read for it.
-    static constexpr std::uintmax_t max_bytes = std::uintmax_t{2} << 30;
-
-    explicit LengthFinder(const std::string& file);
+    /// `frame_s`: for which the last frame is shown.
+    LengthFinder(const std::string& file, double frame_s);
     ~LengthFinder();
     LengthFinder(const LengthFinder&) = delete;
     LengthFinder& operator=(const LengthFinder&) = delete;

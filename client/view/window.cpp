@@ -158,7 +158,7 @@ std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size,
                                      const std::optional<DesktopPlace>& place) {
     if (glfwInit() != GLFW_TRUE)
         throw InputError(
-            expected_found("view", "a display to open a window on (DISPLAY or WAYLAND_DISPLAY)", last_error()));
+            expected_found("window", "a display to open a window on (DISPLAY or WAYLAND_DISPLAY)", last_error()));
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -167,13 +167,13 @@ std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size,
     if (window == nullptr) {
         const std::string reason = last_error();
         glfwTerminate();
-        throw InputError(expected_found("view", "OpenGL 4.5 on this display", reason));
+        throw InputError(expected_found("window", "OpenGL 4.5 on this display", reason));
     }
     if (place && can_be_seen(*place))
         glfwSetWindowPos(window, place->left, place->top);
     std::unique_ptr<Window> opened(new Window(window));
     if (const std::string missing = gl::missing_requirement(); !missing.empty())
-        throw InputError(expected_found("view", "OpenGL 4.5 with " + missing, gl::Context::driver().renderer));
+        throw InputError(expected_found("window", "OpenGL 4.5 with " + missing, gl::Context::driver().renderer));
     return opened;
 }
 

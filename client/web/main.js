@@ -9,6 +9,7 @@ import {LiveSocket} from "./live.js";
 import {ShownFrame} from "./picture.js";
 import {Player} from "./player.js";
 import {composed, eyeOf} from "./poses.js";
+import {requireRoom} from "./recorded.js";
 import {Renderer} from "./renderer.js";
 import {Headset} from "./xr.js";
 
@@ -84,6 +85,7 @@ class Page {
 
     openFile(file) {
         return this.read(file.name, async function* () {
+            requireRoom(file.name, file.size);
             for (let at = 0; at < file.size; at += 1 << 20)
                 yield new Uint8Array(await file.slice(at, at + (1 << 20)).arrayBuffer());
         });
@@ -98,6 +100,7 @@ class Page {
                 throw new StreamError(`${url}: the server answers ${answer.status} ${answer.statusText}`);
             const reader = answer.body.getReader();
             try {
+                requireRoom(url, Number(answer.headers.get("Content-Length")));
                 for (let piece = await reader.read(); !piece.done; piece = await reader.read())
                     yield piece.value;
             } finally {

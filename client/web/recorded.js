@@ -1,9 +1,20 @@
 // A recorded stream: its packets as far as they have come, fed to the decoders as frames are wanted, over and over.
+import {expectedFound} from "./bytes.js";
 
 /// Frames that are decoded ahead of the one on show; and frames on their way, some of which decoders hold back.
 const framesAhead = 3, framesOnTheWay = 24;
 /// A track that has no packet for so many of main's has a hole, or has ended.
 const longestSilence = 16;
+
+/// A recording stays in memory as a whole. A browser that has no more of that ends the page without a word.
+const mostBytes = 2e9;
+
+/// Throws StreamError for a recording of so many bytes, if that is too many.
+export function requireRoom(what, bytes, found = `${(bytes / 1e9).toFixed(1)} GB`) {
+    if (bytes > mostBytes)
+        throw expectedFound(what, "a recording of at most 2 GB, since the browser keeps all of it in memory " +
+                            "(equistream serve --web sends larger ones)", found);
+}
 
 /// How many at the beginning of a sorted list are so.
 function countWhile(list, isSo) {
@@ -24,11 +35,14 @@ export class Recording {
         this.packets = new Map();  // by role, in the order they are decoded in
         this.times = new Map();    // of main's frames, by index
         this.frames = [];          // these indices, ascending
+        this.bytes = 0;            // of all packets
         this.isComplete = false;
         this.rewind(0);
     }
 
     add(packet) {
+        this.bytes += packet.bytes.length;
+        requireRoom("what came", this.bytes, "more");
         if (!this.packets.has(packet.role))
             this.packets.set(packet.role, []);
         this.packets.get(packet.role).push(packet);

@@ -61,6 +61,7 @@ echo
 
 say "6/7 compare"
 for system in eyes rotated; do
+    rm -rf "$out/$system/difference"
     run equistream compare "$out/$system" "$out/truth-2" --truth2 "$out/truth-3" --gaps "$out/eyes/gaps" --difference "$out/$system/difference" \
         --out "$out/$system/compare.json"
 done

@@ -14,7 +14,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent / "reference"
 sys.path.insert(0, str(HERE.parents[2] / "programs/manual"))
-from help_text import command_pages, help_of, options_of, sections, subcommands, value_and_default  # noqa: E402
+from help_text import LISTED, command_pages, help_of, options_of, sections, subcommands, value_and_default  # noqa: E402
 
 GUIDE = {
     "render": "render.md", "render-mitsuba": "mitsuba.md", "encode": "encode.md", "serve": "serve.md", "play": "play.md", "view": "view.md",
@@ -28,10 +28,10 @@ def escaped(text):
 
 
 def cell(meaning):
-    """Continued lines are one text, but those of a list of KEY=VALUE, which stand below each other."""
+    """Continued lines are one text, but the rows of a list stand below each other."""
     text = ""
     for part in meaning:
-        listed = re.match(r"([a-z-]+=\S+) {2,}(.*)", part)
+        listed = LISTED.match(part)
         text += f"<br>`{listed[1]}`: {escaped(listed[2])}" if listed else (" " if text else "") + escaped(part)
     return text
 

@@ -157,9 +157,35 @@ void require_own_host(const std::string& host, const std::string& own) {
             "--host", own + " (equistream render chooses another by the command line alone)", "'" + host + "'"));
 }
 
+/// Of so many columns over the range, so that pixels are square.
+double square_rows(int columns, const LongitudeLatitudeRange& range) {
+    return columns * range.latitude_span() / range.longitude_span();
+}
+
+cli::Size default_sphere_size(const LongitudeLatitudeRange& range) {
+    constexpr int columns = 1920, most_rows = 4 * columns;
+    const double rows = square_rows(columns, range);
+    if (rows > most_rows)
+        throw InputError(expected_found("--range", "at most 4 times as high as wide, or --size as well",
+                                        formatted("%d columns of square pixels, %.0f high", columns, rows)));
+    return {columns, std::max(2, 2 * int(std::lround(rows / 2)))};
+}
+
+void note_pixels_that_are_not_square(const RenderOptions& o) {
+    const double rows = square_rows(o.size.width, o.range);
+    if (std::abs(o.size.height - rows) < 1)
+        return;
+    std::fprintf(
+        stderr,
+        "equistream render: note: pixels of %dx%d over %g by %g degrees are not square; those of %ld rows are\n",
+        o.size.width, o.size.height, o.range.longitude_span() * 180 / pi, o.range.latitude_span() * 180 / pi,
+        std::lround(rows));
+}
+
 RenderOptions checked(const Typed& typed, const std::string& own_host) {
     require_own_host(typed.host, own_host);
     RenderOptions o = typed.options;
+    cli::require(!o.out.empty(), "--out", "the name of a folder", "''");
     o.camera = typed.camera == "perspective" ? ES_PERSPECTIVE : typed.camera == "ods" ? ES_ODS : ES_EQUIRECT;
     const bool sphere = o.camera != ES_PERSPECTIVE;
     const std::string eye = !typed.eye.empty() ? typed.eye : o.camera == ES_ODS ? "both" : "centre";
@@ -172,11 +198,15 @@ RenderOptions checked(const Typed& typed, const std::string& own_host) {
             throw InputError(expected_found("--fps", "a finite number", std::to_string(typed.fps)));
         o.frames_per_second = typed.fps;
     }
+    if (!sphere && !typed.range.empty())
+        throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
+    if (!typed.range.empty())
+        o.range = parse_range(typed.range);
     const bool windowed = !typed.window.empty();
     o.size = !typed.size.empty() ? cli::parse_size(typed.size)
              : !sphere           ? cli::Size{1280, 720}
              : windowed          ? cli::Size{480, 240}
-                                 : cli::Size{1920, 960};
+                                 : default_sphere_size(o.range);
     if (o.camera == ES_ODS)
         require_ods_possible(typed, o);
     if (windowed)
@@ -202,8 +232,6 @@ RenderOptions checked(const Typed& typed, const std::string& own_host) {
     if (sphere && typed.fov_option.is_given())
         throw InputError(
             expected_found("--fov", "--camera perspective", "--camera " + typed.camera + " (see --range)"));
-    if (!sphere && !typed.range.empty())
-        throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
     if (o.accumulate > 0 && (o.layers || o.patches || o.small_eye))
         std::fprintf(stderr, "equistream render: note: --accumulate is for the first surfaces; %s stays as rendered\n",
                      o.layers    ? "--layers"
@@ -213,11 +241,8 @@ RenderOptions checked(const Typed& typed, const std::string& own_host) {
         std::fprintf(stderr, "equistream render: note: --accumulate is for the sphere around a window that follows the "
                              "gaze; the window stays as rendered\n");
     o.fov_rad = typed.fov_deg * pi / 180;
-    if (!typed.range.empty())
-        o.range = parse_range(typed.range);
-    else if (sphere && o.size.width != 2 * o.size.height)
-        std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
-                     o.size.width, o.size.height);
+    if (sphere && !typed.size.empty())
+        note_pixels_that_are_not_square(o);
     const std::vector<std::string> planes = parse_aov_groups(o.aovs);
     if ((o.window || o.accumulate > 0) && std::ranges::find(planes, "crypto_object") != planes.end())
         throw InputError(expected_found("--aovs cryptomatte", "whole pictures, without --window and --accumulate",
@@ -251,7 +276,9 @@ void add_camera_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--lock", t.lock, "Whether a sphere's axes stay the world's or turn with the path")
         .one_of({"world", "path"})
         .with_default();
-    app.add_option("--size", t.size, "WxH in pixels (default 1920x960; perspective 1280x720; with --window 480x240)");
+    app.add_option("--size", t.size,
+                   "WxH in pixels (default 1920x960, with --range 1920 columns of square pixels; perspective 1280x720; "
+                   "with --window 480x240)");
     t.fov_option = app.add_option("--fov", t.fov_deg, "Horizontal field of view of a perspective view, degrees")
                        .between(1.0, 170.0)
                        .with_default();

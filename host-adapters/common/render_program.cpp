@@ -4,19 +4,12 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <programs/cli/process.h>
 
-#include <csignal>
 #include <thread>
 
 namespace equistream::render_command {
 namespace {
-
-std::atomic<bool> interrupted = false;
-
-extern "C" void note_interrupt(int signal) {
-    interrupted = true;
-    std::signal(signal, SIG_DFL);  // a second one ends the program at once
-}
 
 void render(RenderHost& host, RenderOptions options, const std::string& command) {
     if (es_abi_version() != ES_ABI_VERSION)
@@ -39,22 +32,19 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
         return print_plan(options, timeline, host, command);
     host.load(options, timeline);
     report.load_s = seconds_since(start);
+    const RenderRecord record{host.record(), host.tile_side(), command, host.names()};
     if (options.follow) {
         host.begin();
-        std::signal(SIGINT, note_interrupt);
-        std::signal(SIGTERM, note_interrupt);
-        const RenderRecord record{host.record(), host.tile_side(), command, host.names()};
-        return follow({options, scene, timeline, record, interrupted}, host);
+        cli::note_interrupts();
+        return follow({options, scene, timeline, record, cli::interrupted()}, host);
     }
     std::vector<Stream> streams;
     if (host.wants_frames())
-        streams =
-            StreamOpener(options, scene, timeline.path, {host.record(), host.tile_side(), command, host.names()}).all();
+        streams = StreamOpener(options, scene, timeline.path, record).all();
     host.begin();
     if (host.wants_frames()) {
-        std::signal(SIGINT, note_interrupt);
-        std::signal(SIGTERM, note_interrupt);
-        SequenceRenderer({options, timeline, scene.head_radius_m, streams, interrupted}, host, report).run();
+        cli::note_interrupts();
+        SequenceRenderer({options, timeline, scene.head_radius_m, streams, cli::interrupted()}, host, report).run();
     }
     print_report(report, host, command, options.json);
 }

@@ -20,7 +20,7 @@ SequenceRenderer::SequenceRenderer(const SequenceJob& job, RenderHost& host, Ren
     : job_(job), host_(host), report_(report),
       windows_(job.options.window ? std::optional<WindowPlaces>(std::in_place, job.options, job.timeline)
                                   : std::nullopt),
-      progress_("render", static_cast<double>(count_paths()), job.options.progress) {
+      finished_(check_finished()), progress_("render", static_cast<double>(count_paths()), job.options.progress) {
     count_moves();
 }
 
@@ -58,34 +58,57 @@ std::int64_t SequenceRenderer::frames_in_all() const {
     return (job_.timeline.range.last - job_.timeline.range.first + 1) * static_cast<std::int64_t>(job_.streams.size());
 }
 
+/// An interrupt ends it early: what was not looked at counts as not finished.
+std::vector<std::vector<bool>> SequenceRenderer::check_finished() const {
+    const cli::FrameRange& range = job_.timeline.range;
+    const auto frames = static_cast<std::size_t>(range.last - range.first + 1);
+    std::vector<std::vector<bool>> finished(job_.streams.size(), std::vector<bool>(frames, false));
+    cli::Progress progress("checking", static_cast<double>(frames_in_all()), job_.options.progress);
+    std::int64_t checked = 0, found = 0;
+    for (std::size_t frame = 0; frame < frames && !job_.interrupted; ++frame)
+        for (std::size_t stream = 0; stream < finished.size(); ++stream) {
+            const std::int64_t index = range.first + static_cast<std::int64_t>(frame);
+            const bool is_finished = es_sequence_has_frame(job_.streams[stream].sequence.get(), index) != 0;
+            finished[stream][frame] = is_finished;
+            progress.set(static_cast<double>(++checked));
+            found += is_finished;
+        }
+    if (found > 0)
+        progress.step(static_cast<double>(checked), std::to_string(found) + " frames are finished");
+    return finished;
+}
+
+bool SequenceRenderer::was_finished(const Stream& stream, std::int64_t index) const {
+    const auto place = static_cast<std::size_t>(&stream - job_.streams.data());
+    return finished_[place][static_cast<std::size_t>(index - job_.timeline.range.first)];
+}
+
 /// Finished, and not needed for what later frames carry on.
 bool SequenceRenderer::is_kept(const Stream& stream, std::int64_t index) const {
-    return es_sequence_has_frame(stream.sequence.get(), index) != 0 &&
-           (!stream.settings.accumulates || index >= last_missing_);
+    return was_finished(stream, index) && (!stream.settings.accumulates || index >= last_missing_);
 }
 
 void SequenceRenderer::find_last_missing() {
     for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index)
         for (const Stream& stream : job_.streams)
-            if (stream.settings.accumulates && es_sequence_has_frame(stream.sequence.get(), index) == 0)
+            if (stream.settings.accumulates && !was_finished(stream, index))
                 last_missing_ = index;
 }
 
 std::uint64_t SequenceRenderer::count_paths() {
     find_last_missing();
     std::uint64_t paths = 0;
-    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
-        if (job_.interrupted)
-            require_all_finished();
+    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index)
         for (const Stream& stream : job_.streams) {
             const bool kept = is_kept(stream, index);
             report_.frames_kept += kept;
-            rendered_again_ += !kept && es_sequence_has_frame(stream.sequence.get(), index) != 0;
+            rendered_again_ += !kept && was_finished(stream, index);
             if (!kept && stream.settings.layer == ES_LAYER_FIRST && !stream.settings.patches)
                 // how little of the others there is shows when they are rendered
                 paths += sampled_pixels(stream.settings, index) * job_.options.spp;
         }
-    }
+    if (job_.interrupted)
+        require_all_finished();
     if (job_.options.part.is_put_together())
         return 0;
     return job_.options.part.is_one() ? paths / job_.options.part.count : paths;

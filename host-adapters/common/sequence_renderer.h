@@ -61,6 +61,9 @@ public:
 
 private:
     std::int64_t frames_in_all() const;
+    /// By stream and frame of the range: whether it was finished before this render. Each file is looked at once.
+    std::vector<std::vector<bool>> check_finished() const;
+    bool was_finished(const Stream& stream, std::int64_t index) const;
     bool is_kept(const Stream& stream, std::int64_t index) const;
     void find_last_missing();
     std::uint64_t count_paths();
@@ -83,6 +86,7 @@ private:
     std::int64_t rendered_again_ = 0;
     std::optional<FramePatches> patches_;
     std::optional<WindowPlaces> windows_;
+    const std::vector<std::vector<bool>> finished_;
     std::atomic<std::uint64_t> paths_ = 0;
     cli::Progress progress_;
     FramePointer rendered_;  // filled, or stopped while it was; not yet being written

@@ -26,6 +26,10 @@ es_pose to_es_pose(const Pose& pose) {
     return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
 }
 
+double rate_of(const RenderOptions& options, const SceneDescription& scene) {
+    return options.frames_per_second.value_or(scene.frames_per_second);
+}
+
 es_sequence_settings common_settings(const RenderOptions& options, const SceneDescription& scene) {
     es_sequence_settings s{};
     s.struct_size = sizeof(s);
@@ -42,7 +46,7 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.lock = options.lock;
     s.ipd_m = options.ipd_m;
     s.head_radius_m = scene.head_radius_m;
-    s.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
+    s.frames_per_second = rate_of(options, scene);
     s.exposure = scene.exposure;
     s.scene_name = scene.name.c_str();
     s.geometry_fingerprint = scene.geometry_fingerprint.c_str();
@@ -106,7 +110,7 @@ std::vector<const char*> pointers_to(std::vector<std::string>& names, const char
 
 StreamOpener::StreamOpener(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
                            const RenderRecord& record)
-    : options_(options), scene_(scene), record_(record),
+    : options_(options), scene_(scene), path_(path), record_(record),
       fingerprint_(scene.fingerprint + " path " + path_fingerprint(path) + record.host.settings) {}
 
 Stream StreamOpener::open(StreamSettings stream, std::uint32_t accumulated) const {
@@ -178,7 +182,51 @@ Stream StreamOpener::sphere(es_eye eye) const {
     return open(std::move(stream), options_.accumulate);
 }
 
+bool StreamOpener::writes(std::string_view folder) const {
+    return folder == "window"    ? options_.window.has_value()
+           : folder == "hidden"  ? options_.layers
+           : folder == "patches" ? options_.patches
+           : folder == "small"   ? options_.small_eye.has_value()
+                                 : std::ranges::find(options_.eyes, folder, eye_name) != options_.eyes.end();
+}
+
+/// Of the view that layers belong to, as players choose it: one that is there or is rendered now.
+es_eye StreamOpener::main_eye() const {
+    for (const es_eye eye : {ES_EYE_CENTRE, ES_EYE_LEFT})
+        if (writes(eye_name(eye)) || std::filesystem::is_directory(options_.out / eye_name(eye)))
+            return eye;
+    return ES_EYE_RIGHT;
+}
+
+/// Before anything is replaced. Those of another one are not removed: they may be somebody's only ones.
+void StreamOpener::require_companions() const {
+    FrameInfo ours;
+    ours.scene = scene_.name;
+    ours.geometry_fingerprint = scene_.geometry_fingerprint;
+    ours.ipd_m = options_.ipd_m;
+    ours.exposure = scene_.exposure;
+    ours.seed = options_.seed;
+    const es_eye of_layers = main_eye();
+    ours.eye = static_cast<Eye>(of_layers);
+    for (const char* name : {"centre", "left", "right", "small", "hidden", "patches", "window"}) {
+        const std::filesystem::path folder = options_.out / name;
+        if (writes(name) || !std::filesystem::exists(folder / "manifest.json") || list_frames(folder).empty())
+            continue;
+        // Where paths or frame rates differ, their first frames may still agree.
+        const FrameInfo theirs = read_exr_info(folder / frame_file_name(list_frames(folder).back()));
+        ours.index = theirs.index;
+        ours.time_s = static_cast<double>(theirs.index) / rate_of(options_, scene_);
+        ours.head = path_.at(ours.time_s);
+        const bool is_layer = name == std::string_view("hidden") || name == std::string_view("patches");
+        const bool is_eye = std::ranges::find(eye_names, std::string_view(name)) != std::end(eye_names);
+        const Companion companion = is_layer ? Companion::eye : is_eye ? Companion::head : Companion::light;
+        const std::filesystem::path main = options_.out / eye_name(is_layer ? of_layers : options_.eyes.front());
+        require_companion(companion, main, ours, folder, theirs, ", remove that folder or choose another --out");
+    }
+}
+
 std::vector<Stream> StreamOpener::all() const {
+    require_companions();
     std::vector<Stream> streams;
     if (options_.window)
         streams.push_back(window());

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace equistream::render_command {
@@ -36,20 +37,25 @@ struct RenderRecord {
 /// Opens (or resumes) what a render writes. Each throws InputError or WorkError with the plugin's words.
 class StreamOpener {
 public:
-    /// All but the path is borrowed.
+    /// All is borrowed.
     StreamOpener(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
                  const RenderRecord& record);
 
     Stream window() const;  ///< `options` have one
     /// Of one eye; the base, where there is a window.
     Stream sphere(es_eye eye) const;
+    /// Throws InputError where there are frames of another render beside them, which would be taken for their layers.
     std::vector<Stream> all() const;
 
 private:
     Stream open(StreamSettings stream, std::uint32_t accumulated) const;
+    bool writes(std::string_view folder) const;
+    es_eye main_eye() const;
+    void require_companions() const;
 
     const RenderOptions& options_;
     const SceneDescription& scene_;
+    const PosePath& path_;
     const RenderRecord& record_;
     std::string fingerprint_;
 };

@@ -5,6 +5,7 @@
 #include <OpenImageIO/imagecache.h>
 
 #include <tbb/parallel_for.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cassert>
@@ -46,7 +47,11 @@ float rough_log2(float x) {
     return static_cast<float>(bits - 0x3f800000) * 0x1p-23f;
 }
 
-constexpr float cache_megabytes = 512;
+/// Of the machine; 0 where it does not say.
+double machine_memory_bytes() {
+    const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
+    return pages > 0 && page_bytes > 0 ? static_cast<double>(pages) * static_cast<double>(page_bytes) : 0;
+}
 
 /// Coordinates beyond this say nothing about a texel any more, and would overflow an int.
 float bounded(float coordinate) {
@@ -69,12 +74,19 @@ std::vector<Uses> uses_of_textures(const SceneModel& model) {
     return uses;
 }
 
+constexpr double cache_share_of_memory = 0.25, least_cache_megabytes = 512, most_cache_megabytes = 4096;
+
 }  // namespace
+
+float cache_megabytes(double memory_bytes) {
+    const double share = cache_share_of_memory * memory_bytes * 0x1p-20;
+    return static_cast<float>(std::clamp(share, least_cache_megabytes, most_cache_megabytes));
+}
 
 Textures::Textures(const SceneModel& model)
     : model_file_(model.file), sources_(2 * model.textures.size()), system_(OIIO::TextureSystem::create(false)),
       entries_(2 * model.textures.size()) {
-    system_->attribute("max_memory_MB", cache_megabytes);
+    system_->attribute("max_memory_MB", cache_megabytes(machine_memory_bytes()));
     system_->attribute("max_open_files", 4096);
     system_->attribute("autotile", 0);
     system_->attribute("forcefloat", 0);

@@ -32,6 +32,11 @@ struct TextureQuery {
     TextureCoding coding = TextureCoding::colour;
 };
 
+/// What decoded levels of textures may take: a quarter of the machine's memory, from 512 MB to 4096 MB. Where a picture
+/// needs more at a time, whole levels are decoded over and over. Several renders may share a machine, and a job may be
+/// granted less of it.
+float cache_megabytes(double memory_bytes);
+
 class Textures {
 public:
     /// Decodes every texture as what the materials use it for (as colour if they do not); throws InputError naming the

@@ -145,8 +145,11 @@ private:
         return std::size_t(std::ranges::find(all, plane, &AovInfo::name) - all.begin());
     }
 
+    bool is_of_our_own() const { return conventions_.name == "equistream"; }
+
     bool is_wanted(const AovInfo& aov) const {
-        return is_imported(aov) && (conventions_.takes_guides || aov.group != "guides");
+        const bool is_known = is_imported(aov) || (is_of_our_own() && aov.group == "virtual");
+        return is_known && (conventions_.takes_guides || aov.group != "guides");
     }
 
     bool has(std::string_view plane) const {
@@ -215,7 +218,7 @@ private:
     }
 
     void consider(const Layer& layer) {
-        if (conventions_.name == "equistream")
+        if (is_of_our_own())
             return take_ours(layer);
         consider_depth(layer);
         consider_motion(layer);
@@ -286,6 +289,12 @@ private:
                  "layer " + layer.name + ", " + motion_text(*conventions_.forward));
     }
 
+    static bool is_in_catalogue(const ForeignChannel& channel) {
+        return std::ranges::any_of(aov_catalogue(), [&](const AovInfo& aov) {
+            return std::ranges::find(aov.channels, channel.name) != aov.channels.end();
+        });
+    }
+
     void leave_out_the_rest(const Layer& layer) {
         std::vector<ForeignChannel> rest;
         for (const ForeignChannel& channel : layer.channels)
@@ -296,6 +305,8 @@ private:
         std::string why = "no plane of ours by its name (--channels takes it)";
         if (layer.last.find("crypto") != std::string::npos)
             why = "Cryptomatte is not read";
+        else if (is_of_our_own() && std::ranges::any_of(rest, is_in_catalogue))
+            why = "a plane of ours that import does not keep";
         else if (std::ranges::any_of(rules(), [&](const Rule& r) {
                      return (r.plane == "backward" || r.plane == "forward") && r.layers.contains(layer.last) &&
                             !has(r.plane);

@@ -36,10 +36,10 @@ public:
             return;
         }
         FloatImage plane;
-        if (mapped.plane == "depth")
+        if (mapped.plane == "depth" || mapped.plane == "virtual_depth")
             plane = depth();
-        else if (mapped.plane == "backward" || mapped.plane == "forward")
-            plane = motion(mapped.plane == "backward" ? *conventions_.backward : *conventions_.forward, frame);
+        else if (is_backward() || mapped.plane == "forward" || mapped.plane == "virtual_forward")
+            plane = motion(is_backward() ? *conventions_.backward : *conventions_.forward, frame);
         else if (mapped.plane == "normal")
             plane = normals();
         else
@@ -55,6 +55,7 @@ public:
     const Pose& pose() const { return pose_; }
 
 private:
+    bool is_backward() const { return mapped_->plane == "backward" || mapped_->plane == "virtual_backward"; }
     const ForeignExr& file() const { return *files_[std::size_t(mapped_->set)]; }
     int width() const { return width_of(conversion_.camera); }
     int height() const { return height_of(conversion_.camera); }
@@ -124,7 +125,7 @@ private:
         const double u_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * columns) *
                                (conventions_.mirrored && is_sphere() ? -1 : 1);
         const double v_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * rows) * (m.y_up ? -1 : 1);
-        const auto& neighbour = mapped_->plane == "backward" ? conversion_.previous : conversion_.next;
+        const auto& neighbour = is_backward() ? conversion_.previous : conversion_.next;
         const auto depth = frame.planes.find("depth");
         return filled(2, [&](int x, int y, float* out) {
             double du = u_scale * double(*u.pixel(x, y));

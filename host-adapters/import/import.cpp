@@ -22,6 +22,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Of all frames together, that are told.
+constexpr std::size_t max_frame_notes = 20;
+
 class ViewImport {
 public:
     /// `denoiser`: null where nothing is denoised.
@@ -30,7 +33,8 @@ public:
 
     bool keeps(std::int64_t index) const { return writer_.keeps_frame(index); }
 
-    void write(const FileSets::Frame& found) {
+    /// Returns what was put right in the frame, a line each.
+    std::vector<std::string> write(const FileSets::Frame& found) {
         std::vector<ForeignExr> files;
         std::vector<const ForeignExr*> borrowed;
         for (const auto& file : found.files)
@@ -48,8 +52,8 @@ public:
         if (plan_.corner)
             conversion.sphere_columns = plan_.window->columns;
         find_poses(files.front(), info, conversion);
-        const std::size_t before = plan_.notes.size();
-        Frame frame = convert_frame(borrowed, map, conversion, info, plan_.notes);
+        std::vector<std::string> notes;
+        Frame frame = convert_frame(borrowed, map, conversion, info, notes);
         if (plan_.window && !plan_.corner)
             cut_out(*plan_.window, place_in(borrowed), frame);
         if (denoiser_ != nullptr)
@@ -58,8 +62,7 @@ public:
             if (is_guide(plane))
                 frame.planes.erase(plane.plane);
         writer_.write(frame);
-        if (plan_.notes.size() > before + 3)
-            plan_.notes.resize(before + 3);
+        return notes;
     }
 
 private:
@@ -200,22 +203,30 @@ void require_other_folder(const fs::path& folder, const FileSets& sources) {
 
 }  // namespace
 
-void run_import(const ImportSettings& settings, ImportPlan& plan,
-                const std::function<void(std::size_t, std::int64_t)>& done) {
-    for (const PlannedView& view : plan.views)
-        require_other_folder(settings.out / (plan.window ? "window" : eye_names[int(view.eye)]), plan.files);
-    std::size_t count = 0;
+std::vector<ImportedFrames> run_import(const ImportSettings& settings, ImportPlan& plan,
+                                       const std::function<void(std::size_t, std::int64_t)>& done) {
+    std::vector<ImportedFrames> made;
+    for (const PlannedView& view : plan.views) {
+        made.push_back({settings.out / (plan.window ? "window" : eye_names[int(view.eye)])});
+        require_other_folder(made.back().folder, plan.files);
+    }
+    std::size_t count = 0, of_frames = 0;
     bool began = false;
     std::optional<Denoiser> denoiser;
     if (settings.denoise != DenoiseQuality::off)
         denoiser.emplace(settings.denoise, 0);
-    for (const PlannedView& view : plan.views) {
-        ViewImport import(settings, plan, view, denoiser ? &*denoiser : nullptr);
+    for (std::size_t i = 0; i < plan.views.size(); ++i) {
+        ViewImport import(settings, plan, plan.views[i], denoiser ? &*denoiser : nullptr);
         for (const FileSets::Frame& frame : plan.files.frames) {
             try {
-                if (!import.keeps(frame.index)) {
-                    import.write(frame);
+                if (import.keeps(frame.index)) {
+                    ++made[i].kept;
+                } else {
+                    for (std::string& note : import.write(frame))
+                        if (++of_frames <= max_frame_notes)
+                            plan.notes.push_back(std::move(note));
                     began = true;
+                    ++made[i].imported;
                 }
             } catch (const InputError& problem) {
                 if (began)
@@ -225,6 +236,9 @@ void run_import(const ImportSettings& settings, ImportPlan& plan,
             done(++count, frame.index);
         }
     }
+    if (of_frames > max_frame_notes)
+        plan.notes.push_back(formatted("%zu more notes like these", of_frames - max_frame_notes));
+    return made;
 }
 
 namespace fs = std::filesystem;

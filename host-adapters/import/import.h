@@ -108,9 +108,15 @@ struct ImportPlan {
 /// Reads the first frame's headers; throws InputError for what cannot be imported.
 ImportPlan make_plan(const ImportSettings& settings);
 
+/// Of one view: how many frames were written, and how many were there.
+struct ImportedFrames {
+    std::filesystem::path folder;
+    std::size_t imported = 0, kept = 0;
+};
+
 /// Writes OUT/centre, left, right or window. Frames that are there stay, unless `overwrite`. `done` is called after
 /// each frame of each view. Throws InputError before the first frame is written, WorkError afterwards.
-void run_import(const ImportSettings& settings, ImportPlan& plan,
-                const std::function<void(std::size_t, std::int64_t)>& done);
+std::vector<ImportedFrames> run_import(const ImportSettings& settings, ImportPlan& plan,
+                                       const std::function<void(std::size_t, std::int64_t)>& done);
 
 }  // namespace equistream::files

@@ -83,11 +83,11 @@ private:
         plan_.software = file().software();
         const bool guessed = settings_.preset == "auto";
         plan_.conventions = preset(guessed ? guess_preset(file()) : settings_.preset);
-        say(plan_.software.empty() ? "no word of a renderer" : "written by " + plan_.software,
+        say(plan_.software.empty() ? "renderer not named in the files" : "written by " + plan_.software,
             "conventions: " + plan_.conventions.name,
             !guessed                           ? "--preset"
-            : plan_.conventions.name == "none" ? "nothing known speaks for another"
-                                               : "its words and channel names");
+            : plan_.conventions.name == "none" ? "no renderer was recognised"
+                                               : "attributes and channel names");
         SourceConventions& c = plan_.conventions;
         const Overrides& o = settings_.overrides;
         lay_over(c.depth, o.depth);

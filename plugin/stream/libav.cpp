@@ -1,5 +1,7 @@
 #include "libav.h"
 
+#include "pipe.h"
+
 #include <equistream/error.h>
 #include <equistream/stream.h>
 
@@ -97,7 +99,7 @@ void silence_log() {
 namespace equistream {
 
 bool is_url(const std::string& name) {
-    return name.find("://") != std::string::npos || name.starts_with("pipe:");
+    return name.find("://") != std::string::npos || name.starts_with(pipe_scheme);
 }
 
 }  // namespace equistream

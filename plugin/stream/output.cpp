@@ -72,6 +72,15 @@ int Output::write_bytes(void* self, std::uint8_t* bytes, int size) {
     return size;
 }
 
+std::int64_t Output::go_to(void* self, std::int64_t offset, int whence) {
+    const int file = static_cast<Output*>(self)->file_;
+    struct stat status;
+    if (whence == AVSEEK_SIZE)
+        return fstat(file, &status) == 0 ? std::int64_t(status.st_size) : AVERROR(errno);
+    const off_t position = lseek(file, offset, whence & ~AVSEEK_FORCE);
+    return position < 0 ? AVERROR(errno) : position;
+}
+
 void Output::write_to_file(const std::uint8_t* bytes, int size) {
     for (int done = 0; done < size;) {
         const auto written = write(file_, bytes + done, static_cast<std::size_t>(size - done));
@@ -104,8 +113,10 @@ void Output::open_aside() {
 void Output::make_io(std::size_t longest_header_bytes) {
     const auto buffer_bytes = static_cast<int>(std::max(longest_header_bytes, least_buffer_bytes));
     auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
-    // No seek function: what libav writes is what a socket would get.
-    io_ = buffer ? avio_alloc_context(buffer, buffer_bytes, 1, this, nullptr, &Output::write_bytes, nullptr) : nullptr;
+    const bool can_go_back = !aside_.empty() && !tap_;
+    io_ = buffer ? avio_alloc_context(buffer, buffer_bytes, 1, this, nullptr, &Output::write_bytes,
+                                      can_go_back ? &Output::go_to : nullptr)
+                 : nullptr;
     if (!io_) {
         av_free(buffer);
         if (file_ >= 0)

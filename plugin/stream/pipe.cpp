@@ -3,6 +3,7 @@
 #include "libav.h"
 
 #include <equistream/error.h>
+#include <equistream/stream.h>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -19,7 +20,6 @@ namespace equistream {
 
 namespace {
 
-constexpr std::string_view scheme = "pipe:";
 constexpr int between_questions_ms = 50;
 
 std::optional<int> whole_number(std::string_view digits) {
@@ -44,10 +44,14 @@ bool is_named_pipe(const std::string& name) {
 
 }  // namespace
 
+bool is_pipe(const std::string& name) {
+    return name.starts_with(pipe_scheme) || is_named_pipe(name);
+}
+
 std::unique_ptr<Pipe> Pipe::open(const std::string& name) {
-    if (name.starts_with(scheme)) {
+    if (name.starts_with(pipe_scheme)) {
         // As libav takes it: what is no number is standard input.
-        const int number = whole_number(std::string_view(name).substr(scheme.size())).value_or(STDIN_FILENO);
+        const int number = whole_number(std::string_view(name).substr(pipe_scheme.size())).value_or(STDIN_FILENO);
         if (number < 0)
             throw InputError(expected_found(name, "the number of an open descriptor", std::to_string(number)));
         return std::unique_ptr<Pipe>(new Pipe(number, false));

@@ -5,8 +5,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace equistream {
+
+/// Of the addresses of pipes that are open already.
+inline constexpr std::string_view pipe_scheme = "pipe:";
 
 class Pipe {
 public:

@@ -94,7 +94,7 @@ SendTimes read_send_times(const std::string& file, const std::function<bool()>& 
     SendTimes times;
     times.is_matroska = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
     times.duration_s = std::min(last_s - first_s, latest_time_s) + frame_duration_s(*format.get());
-    times.longest_track_s = std::min(longest_track_s(packets), latest_time_s) + frame_duration_s(*format.get());
+    times.longest_track_s = std::min(longest_track_s(packets), latest_time_s);
     // From the back: no byte is due later than one behind it.
     double due_s = latest_time_s;
     std::int64_t end = std::int64_t(std::filesystem::file_size(file));

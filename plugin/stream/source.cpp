@@ -1,5 +1,7 @@
 #include "source.h"
 
+#include "matroska_file.h"
+
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
 #include <equistream/image.h>
@@ -12,6 +14,7 @@
 #include <filesystem>
 #include <limits>
 #include <new>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,7 +24,7 @@ namespace {
 
 /// Video in one file; playlists and the like could make a hostile file open others.
 constexpr const char* accepted_formats =
-    "mov,mp4,matroska,webm,mpegts,nut,h264,hevc,avi,flv,mpeg,mpegvideo,ivf,ogg,asf,m4v,mjpeg,mxf,yuv4mpegpipe,av1,obu";
+    "mov,mp4,matroska,webm,mpegts,nut,h264,hevc,avi,flv,mpeg,mpegvideo,ivf,ogg,asf,m4v,mxf,yuv4mpegpipe,av1,obu";
 
 /// Frees what avformat_find_stream_info wants, one dictionary a stream.
 class StreamOptions {
@@ -47,7 +50,7 @@ constexpr std::int64_t longest_analysis_us = 100'000;
 
 /// A pipe is filled by whoever was started for it, at any pace.
 bool is_server(const std::string& name) {
-    return is_url(name) && !name.starts_with("pipe:");
+    return is_url(name) && !is_pipe(name);
 }
 
 bool says_frame_rates(const AVFormatContext& format) {
@@ -204,7 +207,10 @@ void Source::open(const std::string& name) {
     const bool url = is_url(name);
     av::Options options;
     options.set("format_whitelist", accepted_formats);
-    options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
+    // A Matroska file says where its index is. In an MP4 libav would look for it through all fragments, each time that
+    // it is opened, and refuse one of which a single header is damaged or cut.
+    if (url || !is_matroska(name))
+        options.set("fflags", "ignidx");
     if (!url)
         options.set("protocol_whitelist", "file");
     AVFormatContext* opened = avformat_alloc_context();

@@ -260,4 +260,9 @@ std::map<std::uint32_t, SpatialTags> read_spatial_tags(std::istream& file) {
     return found;
 }
 
+bool is_in_fragments(std::istream& file) {
+    Walk walk(file);
+    return find(walk, walk.find(walk.whole(), name("moov")), name("mvex")) && walk.good();
+}
+
 }  // namespace equistream

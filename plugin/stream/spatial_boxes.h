@@ -34,4 +34,7 @@ std::vector<std::uint8_t> with_box_in_first_entry(std::span<const std::uint8_t> 
 /// `file` begins with the first box and can be sought in.
 std::map<std::uint32_t, SpatialTags> read_spatial_tags(std::istream& file);
 
+/// Whether its movie box says that pictures follow in fragments (`mvex`; ISO 14496-12, 8.8.1). The same of `file`.
+bool is_in_fragments(std::istream& file);
+
 }  // namespace equistream

@@ -1,3 +1,4 @@
+#include "matroska_file.h"
 #include "source.h"
 #include "spatial_boxes.h"
 #include "track_decoder.h"
@@ -12,6 +13,8 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
+#include <string_view>
 
 namespace equistream {
 
@@ -24,9 +27,12 @@ bool is_video(const AVStream& stream) {
     return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
 }
 
+bool can_go_back(const AVFormatContext& format) {
+    return format.pb != nullptr && (format.pb->seekable & AVIO_SEEKABLE_NORMAL) != 0;
+}
+
 bool comes_at_its_own_pace(const std::string& source, const AVFormatContext& format) {
-    return is_url(source) && !source.starts_with("pipe:") &&
-           (format.pb == nullptr || (format.pb->seekable & AVIO_SEEKABLE_NORMAL) == 0);
+    return is_url(source) && !is_pipe(source) && !can_go_back(format);
 }
 
 /// Until a track's pictures say: as the container calls it; where that keeps no names, main comes first.
@@ -56,14 +62,16 @@ bool unit_lengths_add_up(std::span<const std::uint8_t> packet) {
     return packet.empty();
 }
 
-/// Of files alone: elsewhere the movie's header has gone by.
-std::map<std::uint32_t, SpatialTags> spatial_tags_of(const std::string& source, const AVFormatContext& format) {
+bool is_mp4(const AVFormatContext& format) {
+    return std::string_view(format.iformat->name).starts_with("mov");
+}
+
+/// Of an MP4 file, to look at its boxes; elsewhere the movie's header has gone by.
+std::optional<std::ifstream> open_mp4(const std::string& source, const AVFormatContext& format) {
     std::error_code error;
-    if (is_url(source) || !std::string_view(format.iformat->name).starts_with("mov") ||
-        !std::filesystem::is_regular_file(source, error))
-        return {};
-    std::ifstream file(source, std::ios::binary);
-    return read_spatial_tags(file);
+    if (is_url(source) || !is_mp4(format) || !std::filesystem::is_regular_file(source, error))
+        return std::nullopt;
+    return std::ifstream(source, std::ios::binary);
 }
 
 struct ReadTrack {
@@ -88,6 +96,7 @@ struct StreamReader::State {
     bool may_be_cut(const ReadTrack& track) const;
     bool is_tile(const ReadTrack& track) const;
     bool begins_again() const;
+    bool is_length_known() const;
     void end();
     std::optional<DecodedPicture> take();
     void refresh_summaries();
@@ -97,6 +106,8 @@ struct StreamReader::State {
     Source format;
     bool holds_back;  ///< files only: on a live stream it would cost a picture's time
     bool is_live = false;
+    std::int64_t missing_bytes = 0;  ///< of the file's end
+    bool has_fragments = false;      ///< of an MP4
     std::string container;
     std::vector<std::unique_ptr<ReadTrack>> tracks;
     std::vector<StreamTrackSummary> summaries;
@@ -112,8 +123,15 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
     : source(source_name), options(read_options), format(source, options), holds_back(!is_url(source_name)) {
     container = format->iformat->long_name;
     is_live = comes_at_its_own_pace(source, *format);
+    if (!is_url(source) && !options.read)
+        missing_bytes = missing_matroska_bytes(source);
     const int threads = has_tiles(*format) ? threads_of_tiles : 0;
-    const std::map<std::uint32_t, SpatialTags> tags = spatial_tags_of(source, *format);
+    std::map<std::uint32_t, SpatialTags> tags;
+    if (std::optional<std::ifstream> mp4 = open_mp4(source, *format)) {
+        tags = read_spatial_tags(*mp4);
+        mp4->clear();
+        has_fragments = is_in_fragments(*mp4);
+    }
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];
         if (!is_video(stream) || tracks.size() == max_stream_tracks) {
@@ -200,6 +218,15 @@ bool StreamReader::State::begins_again() const {
     return std::ranges::any_of(tracks, [](const auto& track) { return track->decoder.begins_again(); });
 }
 
+/// libav guesses by the bit rate. Of an mp4 in fragments it knows those that it has read so far. At an address only a
+/// header without pictures tells that there are fragments.
+bool StreamReader::State::is_length_known() const {
+    const bool is_guessed = format->duration_estimation_method == AVFMT_DURATION_FROM_BITRATE;
+    const bool is_partly_known =
+        has_fragments || (is_mp4(*format) && format->streams[tracks.front()->index]->nb_frames == 0);
+    return can_go_back(*format) && !is_guessed && !is_partly_known && missing_bytes == 0 && format->duration > 0;
+}
+
 void StreamReader::State::end() {
     for (const auto& track : tracks) {
         if (track->decoder.is_left_out())
@@ -266,7 +293,7 @@ std::optional<DecodedPicture> StreamReader::next() {
     for (const auto& track : s.tracks)
         tallies.push_back(track->decoder.tally());
     const std::int64_t announced = s.format->streams[s.tracks.front()->index]->nb_frames;
-    s.truncation = describe_truncation({s.source, s.read_error, announced}, tallies);
+    s.truncation = describe_truncation({s.source, s.read_error, announced, s.missing_bytes}, tallies);
     if (!s.format.problem().empty())
         s.truncation = (s.truncation.empty() ? s.source + ": " : s.truncation + "; ") + s.format.problem();
     return std::nullopt;
@@ -282,7 +309,7 @@ const std::string& StreamReader::container() const {
 
 bool StreamReader::seek(double seconds) {
     State& s = *state_;
-    if (!s.origin_s || s.is_live)
+    if (!s.origin_s || !can_go_back(*s.format))
         return false;
     std::vector<int> wanted;
     for (const auto& track : s.tracks)
@@ -315,10 +342,7 @@ std::int64_t StreamReader::position() const {
 }
 
 std::optional<double> StreamReader::seconds() const {
-    const std::int64_t duration = state_->format->duration;
-    const bool is_guessed = state_->format->duration_estimation_method == AVFMT_DURATION_FROM_BITRATE;
-    return state_->is_live || is_guessed || duration <= 0 ? std::nullopt
-                                                          : std::optional(double(duration) / AV_TIME_BASE);
+    return state_->is_length_known() ? std::optional(double(state_->format->duration) / AV_TIME_BASE) : std::nullopt;
 }
 
 bool StreamReader::is_live() const {

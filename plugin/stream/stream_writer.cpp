@@ -24,6 +24,7 @@ namespace {
 
 /// libavformat keeps a fragment until it is whole: 2 GiB of a track at most, and a box holds 4 GiB.
 constexpr std::int64_t most_fragment_bytes = std::int64_t{1} << 30;
+constexpr int most_cluster_bytes = 1 << 15, longest_cluster_ms = 1000;
 
 struct WrittenTrack {
     WrittenTrack(const StreamSettings& settings, const TrackSettings& track, bool global_header)
@@ -89,7 +90,7 @@ void require(const std::string& what, const std::optional<Mismatch>& mismatch) {
 
 /// What an mp4 says of its tracks at first, or of the pictures of a group.
 std::size_t longest_header_bytes(const StreamSettings& settings) {
-    constexpr std::size_t of_track = 8192, of_picture = 16;
+    constexpr std::size_t of_track = 8192, of_picture = 40;
     return settings.tracks.size() * (of_track + of_picture * std::size_t(settings.gop));
 }
 
@@ -114,6 +115,7 @@ struct StreamWriter::State {
     void add_stream(WrittenTrack& track);
     bool tags_sphere() const { return settings.sphere && container.tags_spheres && can_be_tagged(*settings.sphere); }
     bool is_mp4() const { return std::string_view(container.muxer) == "mp4"; }
+    bool is_matroska() const { return std::string_view(container.muxer) == "matroska"; }
     void write_header();
     void write_header_with_vexu();
     WrittenTrack& track_of(TrackRole role, std::size_t tile);
@@ -215,6 +217,12 @@ void StreamWriter::State::write_header() {
     if (is_mp4()) {
         options.set("movflags", "frag_keyframe+empty_moov+default_base_moof");
         options.set("frag_size", std::to_string(most_fragment_bytes));
+        options.set("frag_interleave", "1");  // else readers hold a group of one track until the next one's begins
+    }
+    // Ending a file, its muxer fills in where key frames are. By then clusters are as short as a socket would get them.
+    if (is_matroska()) {
+        options.set("cluster_size_limit", std::to_string(most_cluster_bytes));
+        options.set("cluster_time_limit", std::to_string(longest_cluster_ms));
     }
     check(avformat_init_output(format.get(), options.taken()), "preparing the container");
     options.require_all_taken(std::string("the container ") + container.muxer + " of this libavformat");

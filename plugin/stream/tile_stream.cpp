@@ -38,13 +38,13 @@ void copy_side_data(const AVStream& from, AVStream& to) {
 
 }  // namespace
 
-std::optional<TileRecording> open_tiles(const std::string& file) {
-    const StreamReadOptions options{.rgb = false};
+std::optional<TileRecording> open_tiles(const std::string& file, const std::function<bool()>& interrupted) {
+    const StreamReadOptions options{.rgb = false, .interrupted = interrupted};
     if (!has_tiles(*Source(file, options)))
         return std::nullopt;
     StreamReader reader(file, options);
     TileRecording recording{
-        file, {}, {}, std::vector<std::optional<int>>(reader.tracks().size()), read_send_times(file)};
+        file, {}, {}, std::vector<std::optional<int>>(reader.tracks().size()), read_send_times(file, interrupted)};
     std::vector<bool> seen(reader.tracks().size());
     bool has_main = false;
     std::optional<TilePart> first;

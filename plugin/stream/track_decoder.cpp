@@ -152,6 +152,16 @@ std::string track_title(const AVStream& stream) {
     return "";
 }
 
+/// The least rate that all times fit. Where libav finds none it takes the ticks of the container's clock for pictures,
+/// and of interlaced video it takes fields for them.
+double most_per_second(const AVStream& stream, double mean) {
+    constexpr double highest_likely = 240, rounding = 1e-3;
+    const AVRational rate = stream.r_frame_rate;
+    const double least = rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
+    const bool counts_fields = std::abs(least - 2 * mean) < rounding * mean;
+    return least > highest_likely || counts_fields ? mean : std::max(mean, least);
+}
+
 StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
     const AVCodecParameters& parameters = *stream.codecpar;
     StreamTrackSummary summary;
@@ -162,6 +172,7 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
     summary.height = parameters.height;
     const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
     summary.frames_per_second = rate.den > 0 ? av_q2d(rate) : 0;
+    summary.most_frames_per_second = most_per_second(stream, summary.frames_per_second);
     summary.pixel_format = name_or(av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format)));
     summary.colour = colour_of(parameters);
     summary.sphere = sphere_of(stream);

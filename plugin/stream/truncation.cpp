@@ -29,6 +29,8 @@ std::string describe_foreign(const SourceEnd& end, const TrackTally& track) {
         return "was cut or damaged after " + played + " (" + end.read_error + ")";
     if (!track.jumped && end.announced_pictures > track.pictures + track.missing)
         return "was cut after " + played + " of " + std::to_string(end.announced_pictures);
+    if (end.missing_bytes > 0)
+        return "was cut: its last " + std::to_string(end.missing_bytes) + " bytes are missing";
     if (track.unreadable > 0)
         return "is damaged: " + pictures(track.unreadable) + " could not be decoded, " +
                std::to_string(track.pictures) + " play";

@@ -10,6 +10,7 @@ struct SourceEnd {
     std::string source;
     std::string read_error;               ///< the demuxer's, empty at an ordinary end of file
     std::int64_t announced_pictures = 0;  ///< by a foreign file's header, of its first track; 0: not said
+    std::int64_t missing_bytes = 0;       ///< of its end, by its header
 };
 
 /// Empty for a whole stream.

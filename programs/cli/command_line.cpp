@@ -1,12 +1,16 @@
 #include "command_line.h"
 
+#include <equistream/text.h>
+
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 
@@ -25,6 +29,28 @@ std::string unless_a_number(const std::string& word) {
     const bool is_octal = std::is_integral_v<Value> && begin != word.npos && begin + 1 < word.size() &&
                           word[begin] == '0' && word.find_first_not_of("0123456789", begin) == word.npos;
     return is_octal ? "expected a number without leading zeros, found '" + word + "'" : "";
+}
+
+/// `check`, which --help describes, with a refusal in our words: good(word), or what was expected.
+template <typename Good>
+CLI::Validator told(CLI::Validator check, Good good, const std::string& expected) {
+    check.operation([good, expected](std::string& word) {
+        return good(word) ? std::string() : "expected " + expected + ", found '" + word + "'";
+    });
+    return check;
+}
+
+CLI::Validator existing(CLI::Validator check, bool is_folder) {
+    check.operation([is_folder](std::string& word) {
+        std::error_code error;
+        if (!std::filesystem::exists(word, error))
+            return std::string("expected ") + (is_folder ? "a folder" : "a file") + ", found none: '" + word + "'";
+        if (std::filesystem::is_directory(word, error) == is_folder)
+            return std::string();
+        return is_folder ? "expected a folder, found a file: '" + word + "'"
+                         : "expected a file, found a folder: '" + word + "'";
+    });
+    return check;
 }
 
 template <typename Value>
@@ -56,12 +82,19 @@ Option Option::with_default(const std::string& text) const {
 }
 
 Option Option::one_of(const std::vector<std::string>& words) const {
-    return Option(option_->check(CLI::IsMember(words)));
+    const auto is_one = [words](const std::string& word) { return std::ranges::find(words, word) != words.end(); };
+    return Option(option_->check(told(CLI::IsMember(words), is_one, in_a_sentence(words, " or "))));
 }
 
 template <typename Number>
 Option Option::between(Number least, Number most) const {
-    return Option(option_->check(CLI::Range(least, most)));
+    const auto is_within = [least, most](const std::string& word) {
+        Number value{};
+        return CLI::detail::lexical_cast(word, value) && value >= least && value <= most;
+    };
+    const std::string kind = std::is_integral_v<Number> ? "a whole number" : "a number";
+    const std::string limits = " from " + in_words(double(least)) + " to " + in_words(double(most));
+    return Option(option_->check(told(CLI::Range(least, most), is_within, kind + limits)));
 }
 
 template Option Option::between(int, int) const;
@@ -70,11 +103,11 @@ template Option Option::between(std::int64_t, std::int64_t) const;
 template Option Option::between(double, double) const;
 
 Option Option::existing_file() const {
-    return Option(option_->check(CLI::ExistingFile));
+    return Option(option_->check(existing(CLI::ExistingFile, false)));
 }
 
 Option Option::existing_folder() const {
-    return Option(option_->check(CLI::ExistingDirectory));
+    return Option(option_->check(existing(CLI::ExistingDirectory, true)));
 }
 
 Option Option::excludes(Option other) const {

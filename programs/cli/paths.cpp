@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <system_error>
 
 namespace equistream::cli {
@@ -24,6 +25,25 @@ void require_not_read(const std::string& option, const fs::path& target, const s
         std::error_code error;  // what is not there is no other's
         require(!fs::equivalent(target, input, error), option + " " + target.string(),
                 "another place than what is read", input.string());
+    }
+}
+
+namespace {
+
+bool is_or_lies_in(const fs::path& path, const fs::path& folder) {
+    return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
+}
+
+}  // namespace
+
+void require_apart(const std::string& option, const fs::path& target, const std::vector<fs::path>& read) {
+    std::error_code error;  // what cannot be looked at is told where it is opened
+    const auto full = [&](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
+    const fs::path place = full(target);
+    for (const fs::path& input : read) {
+        const fs::path folder = full(input);
+        require(!is_or_lies_in(place, folder), option + " " + target.string(), "a place outside what is read",
+                input.string());
     }
 }
 

@@ -13,4 +13,8 @@ void require_writable_file(const std::filesystem::path& file);
 void require_not_read(const std::string& option, const std::filesystem::path& target,
                       const std::vector<std::filesystem::path>& read);
 
+/// The same where `target` lies in one of the folders that are read.
+void require_apart(const std::string& option, const std::filesystem::path& target,
+                   const std::vector<std::filesystem::path>& read);
+
 }  // namespace equistream::cli

@@ -36,22 +36,27 @@ void remove_folder(const fs::path& folder) {
     }
 }
 
-int to_remover = -1;  ///< a pipe's end, for the handler
+int to_ending = -1;  ///< a pipe's end, for the handler
 
-extern "C" void tell_remover(int signal) {
+extern "C" void tell_ending(int signal) {
     const int before = errno;
     const auto number = static_cast<unsigned char>(signal);
-    [[maybe_unused]] const ssize_t written = write(to_remover, &number, 1);
+    [[maybe_unused]] const ssize_t written = write(to_ending, &number, 1);
     errno = before;
 }
 
-/// Removes the folders that there are when a signal ends the process. Never destroyed: its thread ends with the
-/// process.
-class Remover {
+/// When a signal ends the process: says what is to be said, and removes the folders that there are. Never destroyed:
+/// its thread ends with the process.
+class Ending {
 public:
-    static Remover& only() {
-        static Remover& remover = *new Remover;
-        return remover;
+    static Ending& only() {
+        static Ending& ending = *new Ending;
+        return ending;
+    }
+
+    void say(const std::string& line) {
+        const std::lock_guard lock(mutex_);
+        line_ = line;
     }
 
     /// Empty where none can be made.
@@ -69,11 +74,11 @@ public:
     }
 
 private:
-    Remover() {
+    Ending() {
         int ends[2];
         if (pipe2(ends, O_CLOEXEC) != 0)
             return;  // a folder stays where a signal ends the process
-        to_remover = ends[1];
+        to_ending = ends[1];
         std::thread([this, from = ends[0]] { wait(from); }).detach();
         for (const int signal : ending_signals)
             take_over(signal);
@@ -84,7 +89,7 @@ private:
         struct sigaction now {};
         if (sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_DFL)
             return;
-        now.sa_handler = tell_remover;
+        now.sa_handler = tell_ending;
         now.sa_flags = SA_RESTART;
         sigaction(signal, &now, nullptr);
     }
@@ -98,11 +103,16 @@ private:
         for (const fs::path& folder : folders_)
             remove_folder(folder);
         std::signal(signal, SIG_DFL);
+        if (!line_.empty() && signal != SIGHUP) {
+            const std::string text = (isatty(STDERR_FILENO) == 1 ? "\n" : "") + line_ + "\n";
+            [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+        }
         raise(signal);
     }
 
     std::mutex mutex_;
     std::set<fs::path> folders_;
+    std::string line_;
 };
 
 }  // namespace
@@ -113,13 +123,45 @@ ScratchFolder::ScratchFolder(const std::string& program) {
     if (problem)
         throw WorkError("the folder for temporary files (TMPDIR): " + problem.message());
     const std::string name = (parent / ("equistream-" + program + "-XXXXXX")).string();
-    path_ = Remover::only().make(name);
+    path_ = Ending::only().make(name);
     if (path_.empty())
         throw WorkError(name + ": no folder could be made there");
 }
 
 ScratchFolder::~ScratchFolder() {
-    Remover::only().remove(path_);
+    Ending::only().remove(path_);
+}
+
+void say_at_interrupt(const std::string& line) {
+    Ending::only().say(line);
+}
+
+namespace {
+
+std::atomic<bool> was_interrupted = false, was_interrupted_from_keyboard = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void note_interrupt(int signal) {
+    was_interrupted = true;
+    was_interrupted_from_keyboard = was_interrupted_from_keyboard || signal == SIGINT;
+    std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void note_interrupts() {
+    for (const int signal : {SIGINT, SIGTERM})
+        if (std::signal(signal, note_interrupt) == SIG_IGN)
+            std::signal(signal, SIG_IGN);
+}
+
+const std::atomic<bool>& interrupted() {
+    return was_interrupted;
+}
+
+void end_by_noted_interrupt() {
+    if (was_interrupted_from_keyboard)
+        raise(SIGINT);  // its handler is the system's again
 }
 
 }  // namespace equistream::cli

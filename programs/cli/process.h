@@ -1,5 +1,6 @@
 #pragma once
-/// Other programs of ours, which lie beside this one, and files that only this process needs.
+/// Other programs of ours, which lie beside this one, files that only this process needs, and how a signal ends it.
+#include <atomic>
 #include <filesystem>
 #include <string>
 
@@ -31,5 +32,17 @@ public:
 private:
     std::filesystem::path path_;
 };
+
+// What SIGINT and SIGTERM do. Whoever has a program ignore them when it starts is obeyed.
+
+/// They end the process at once, after this line on standard error.
+void say_at_interrupt(const std::string& line);
+/// From here on the first of each kind is only noted, for a program to end in order; the second ends it at once. No
+/// folder is removed by them any more.
+void note_interrupts();
+/// Whether one was noted.
+const std::atomic<bool>& interrupted();
+/// Ends the process by a SIGINT that was noted: shells end their loops for programs that end so.
+void end_by_noted_interrupt();
 
 }  // namespace equistream::cli

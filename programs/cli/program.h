@@ -102,13 +102,14 @@ public:
 private:
     double seconds_left(double done) const;
     void draw(double done);
+    void draw_if_due(double done);
 
     std::mutex mutex_;
     std::string what_;
     double total_;
     bool is_bar_, is_json_, is_drawn_ = false;
     Clock::time_point start_ = Clock::now();
-    double last_drawn_s_ = -1;
+    double last_drawn_s_ = 0;
 };
 
 }  // namespace equistream::cli

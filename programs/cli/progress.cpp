@@ -54,21 +54,24 @@ void Progress::draw(double done) {
     is_drawn_ = true;
 }
 
-void Progress::set(double done) {
-    if (!is_bar_)
-        return;
-    const std::lock_guard lock(mutex_);
+/// What is over at once is not drawn.
+void Progress::draw_if_due(double done) {
+    constexpr double shortest_s = 0.1;
     const double now = seconds_since(start_);
-    if (now - last_drawn_s_ < 0.1)
+    if (!is_bar_ || (now - last_drawn_s_ < shortest_s && !(is_drawn_ && done >= total_)))
         return;
     last_drawn_s_ = now;
     draw(done);
 }
 
+void Progress::set(double done) {
+    const std::lock_guard lock(mutex_);
+    draw_if_due(done);
+}
+
 void Progress::step(double done, const std::string& note) {
     const std::lock_guard lock(mutex_);
-    if (is_bar_)
-        draw(done);
+    draw_if_due(done);
     if (!is_json_)
         return;
     const nlohmann::json line = {{"what", what_},

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <mutex>
 
 namespace {
@@ -111,6 +112,18 @@ nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeS
     return json;
 }
 
+/// No other file makes way.
+void require_earlier_report(const std::filesystem::path& file) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error))
+        return;
+    std::ifstream text(file);
+    const nlohmann::json there = nlohmann::json::parse(text, nullptr, false);
+    cli::require(there.is_object() && there.contains("truth") && there.contains("eyes"), "--out " + file.string(),
+                 "a new name, or an earlier report of compare to replace",
+                 "another file; choose another name, or remove that file");
+}
+
 void compare(Arguments& arguments, const cli::CommandLine& app) {
     complete(arguments);
     const std::vector<EyePairs> eyes = pair_pictures(arguments.pairing);
@@ -121,6 +134,7 @@ void compare(Arguments& arguments, const cli::CommandLine& app) {
                      {pair.picture, pair.truth, pair.second_picture, pair.second_truth, pair.gaps})
                     if (!read.empty())
                         cli::require_not_read("--out", arguments.out, {read, report_of_views(read)});
+    require_earlier_report(arguments.out);
     require_use_of_display(app, eyes);
     std::size_t pictures = 0;
     for (const EyePairs& eye : eyes)
@@ -170,8 +184,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::shared_ptr<Argume
     app.add_option("--gaps", arguments->gaps,
                    "Folder of gap masks as play writes them: their pixels are scored apart too");
     app.add_option("--difference", arguments->comparison.difference_folder,
-                   "Folder for difference pictures, 8 times amplified");
-    app.add_option("--out", arguments->out, "Write the report to this JSON file too");
+                   "Folder for difference pictures alone, 8 times amplified");
+    app.add_option("--out", arguments->out, "Write the report to this JSON file too; an earlier one is replaced");
     cli::add_json_flag(app, arguments->json);
     cli::add_progress_option(app, arguments->progress);
     return [arguments, &app] { compare(*arguments, app); };

@@ -4,12 +4,12 @@
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
+#include <programs/cli/columns.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,20 +25,10 @@ struct Options {
     double limit_s = 30;
 };
 
-constexpr std::size_t columns = 100, name_columns = 11, state_columns = 9;
+constexpr std::size_t name_columns = 11, state_columns = 9;
 
-/// `text` in lines that begin below each other, after `head`.
 void print_row(const std::string& head, const std::string& text) {
-    std::istringstream words(text);
-    std::string line = head;
-    for (std::string word; words >> word;) {
-        if (line.size() > head.size() && line.size() + 1 + word.size() > columns) {
-            std::printf("%s\n", line.c_str());
-            line = std::string(head.size(), ' ');
-        }
-        line += (line.size() > head.size() ? " " : "") + word;
-    }
-    std::printf("%s\n", line.c_str());
+    std::fputs(cli::wrapped(head, text, cli::output_columns()).c_str(), stdout);
 }
 
 std::string padded(std::string_view text, std::size_t width) {

@@ -5,6 +5,7 @@
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
+#include <programs/cli/process.h>
 #include <programs/cli/provenance.h>
 
 #include <algorithm>
@@ -122,14 +123,22 @@ bool is_standard_output(const std::string& target) {
 void run(const Options& options) {
     const cli::ProgressStyle style = cli::parse_progress(options.progress);
     const EncodeRequest request = request_of(options);
+    require_replaceable_stream(request.target);
+    cli::say_at_interrupt("equistream encode: interrupted: no frame is coded yet");
     EncodeReport report;
     {
         std::optional<cli::Progress> progress;  // from the first frame on: trials of depth take what they take
+        const std::size_t frames = request.sources.frames.size();
         report = encode_sequence(request, [&](std::size_t done) {
-            if (!progress)
-                progress.emplace("encode", static_cast<double>(request.sources.frames.size()), style);
+            if (!progress) {
+                progress.emplace("encode", static_cast<double>(frames), style);
+                cli::note_interrupts();
+            }
             if (done > 0)
                 progress->step(static_cast<double>(done), "frame " + std::to_string(request.sources.frames[done - 1]));
+            if (cli::interrupted() && done < frames)
+                throw WorkError("interrupted: " + std::to_string(done) + " of " + std::to_string(frames) +
+                                " frames are coded");
         });
     }
     std::FILE* out = is_standard_output(request.target) ? stderr : stdout;
@@ -158,11 +167,12 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     cli::add_with_default(app, "--gop", request.settings.gop, "Frames from one key frame to the next, 1 to 10000");
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         .one_of({"centre", "left", "right"});
-    cli::add_with_default(
-        app, "--stereo", options.stereo,
-        "tracks: one eye's sphere, of which clients make both by depth; top-bottom (left/'s eye above right/'s, what "
-        "most 360 players know) or side-by-side: both eyes' spheres in one picture, each eye shown from its own",
-        {"tracks", "top-bottom", "side-by-side"});
+    cli::add_with_default(app, "--stereo", options.stereo,
+                          "Whose spheres the stream has\n"
+                          "tracks        one eye's, of which clients make both by depth\n"
+                          "top-bottom    both eyes' in one picture, left/ above right/, which most 360 players know\n"
+                          "side-by-side  both eyes' in one picture, left/ beside right/",
+                          {"tracks", "top-bottom", "side-by-side"});
     cli::add_frames_option(app, options.sources.frames, "FIRST-LAST or one number (default: all there are)");
     cli::add_with_default(app, "--fill", options.fill,
                           "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches");
@@ -175,31 +185,30 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         .offers(std::array{"none", "auto", "w8", "w10", "w12", "pece444", "pece420", "hue", "lossless"});
     app.add_option(
         "--depth-share", request.depth.share,
-        "Of the main stream's bits that depth may take, all its tracks and those of mirrors and glass together: "
-        "above 0, at most 1 (default: 0.1; for depth up to 0.3 where that leaves less than 40 % of "
-        "pixels within the error bound)");
+        "Share of the main stream's bits that depth may take, with all tracks of mirrors and glass: above 0, at most "
+        "1. Default: 0.1; for depth up to 0.3 where 0.1 leaves less than 40 % of pixels within the error bound");
     cli::add_with_default(
         app, "--depth-scale", options.depth_scale,
-        "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "
-        "auto: what leaves more pixels within the error bound at --depth-share (1 with --depth-crf)",
+        "1: depth of every pixel of main. 2: of the nearest of each four pixels, for fewer bytes. auto: what leaves "
+        "more pixels within the error bound at --depth-share (1 with --depth-crf)",
         {"1", "2", "auto"});
     app.add_option("--depth-crf", request.depth.crf,
                    "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");
     cli::add_with_default(
         app, "--mirrors", options.mirrors,
-        "A track of how far away what main's mirrors and glass show is: auto (where it takes no more of the "
-        "colour's bits than --depth-share), always or none",
+        "A track of the distance at which mirrors and glass show things. auto: where it takes no more of the colour's "
+        "bits than --depth-share",
         {"auto", "always", "none"});
     app.add_option("--tiles", options.tiles,
-                   "CxR, 8x4 for example: cuts the sphere into so many tiles across and down, each a track of its own, "
-                   "within a coarser sphere (--base), so that serve sends each viewer what it looks at; tiles are "
-                   "multiples of 16 pixels wide and high, at least 64");
+                   "CxR, such as 8x4: cuts the sphere into so many tiles across and down, each a track of its own, "
+                   "within a coarser sphere (--base). serve then sends each viewer the tiles that it looks at. Tiles "
+                   "are at least 64 pixels wide and high, in multiples of 16");
     app.add_option("--base", options.base_columns,
                    "Columns of the sphere around tiles (default: a sixth of what they are cut from)");
     cli::add_with_default(
         app, "--motion", options.motion,
-        "auto: what moves by itself, by more than the error bound, with main's pictures, from the AOVs "
-        "backward, forward and depth, so that clients can carry it on while frames are late; or none",
+        "auto: main's pictures say what moves by itself by more than the error bound, so that clients can move it on "
+        "while frames are late. It is found from the AOVs backward, forward and depth",
         {"auto", "none"});
     cli::add_json_flag(app, options.json)
         .description("Report as JSON on standard output (on standard error where the video goes there)");

@@ -251,8 +251,8 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         } catch (const InputError& error) {  // a later frame of this group, whose depths' range is looked for
             throw WorkError(error.what() + kept);
         }
-        progress(i + 1);
         try {
+            progress(i + 1);
             if (!next.valid())
                 continue;
             pictures = next.get();

@@ -65,7 +65,8 @@ struct EncodeReport {
     double wall_ms = 0;
 };
 
-/// `progress` is told the number of frames done, 0 when what is tried before has ended.
+/// `progress` is told the number of frames done, 0 when what is tried before has ended. What it throws ends the stream
+/// there.
 EncodeReport encode_sequence(const EncodeRequest& request, const std::function<void(std::size_t)>& progress);
 
 }  // namespace equistream

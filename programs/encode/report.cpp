@@ -125,7 +125,7 @@ nlohmann::json motion_json(const EncodeReport& report) {
 std::string motion_text(const EncodeReport& report) {
     const MotionTotals& motion = *report.motion;
     if (motion.frames == 0)
-        return "  nothing moves by itself, or nobody can tell: no motion\n";
+        return "  no motion: nothing was found that moves by itself\n";
     std::string text = formatted(
         "  motion of up to %lld bodies in %lld frames: %.0f bytes a frame, %s of the colour's\n"
         "        of %.1f px that they move in %g s, %.3f px are left on average (at a focal length of %g px)\n",
@@ -249,9 +249,7 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
                      "--aovs depth,specular,virtual)\n",
                      request.sources.looked_at().folder.string().c_str());
     if (report.trial && report.trial->share() > report.trial->allowed)
-        std::fprintf(out,
-                     "  depth takes more than %s of the colour's bits: coarser than that, surfaces leave their "
-                     "places\n",
+        std::fprintf(out, "  depth takes more than %s of the colour's bits: coarser depth would displace surfaces\n",
                      percent_text(report.trial->allowed).c_str());
     std::fprintf(out,
                  "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",

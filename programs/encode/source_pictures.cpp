@@ -1,7 +1,6 @@
 #include "source_pictures.h"
 
 #include <equistream/elapsed.h>
-#include <equistream/error.h>
 #include <equistream/sequence.h>
 #include <equistream/stream.h>
 #include <equistream/text.h>
@@ -103,30 +102,6 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     return picture;
 }
 
-/// What must be the same of all that is rendered with a frame; null where it is.
-const char* difference(const FrameInfo& main, const FrameInfo& other, bool of_the_same_eye) {
-    return other.scene != main.scene                                 ? "scene"
-           : other.geometry_fingerprint != main.geometry_fingerprint ? "geometry"
-           : other.time_s != main.time_s                             ? "time"
-           : other.head.position_m != main.head.position_m           ? "head position"
-           : other.head.orientation != main.head.orientation         ? "head orientation"
-           : other.ipd_m != main.ipd_m                               ? "distance between the eyes"
-           : other.exposure != main.exposure                         ? "exposure"
-           : other.seed != main.seed                                 ? "seed"
-           : of_the_same_eye && other.eye != main.eye                ? "eye"
-                                                                     : nullptr;
-}
-
-/// A small view of another render would fill gaps from the wrong place; so would another eye's.
-void check_companion(const std::filesystem::path& main_folder, const FrameInfo& main,
-                     const std::filesystem::path& folder, const FrameInfo& other, bool of_the_same_eye,
-                     const char* hint) {
-    if (const char* differs = difference(main, other, of_the_same_eye))
-        throw InputError(expected_found(folder.string() + ", frame " + std::to_string(main.index),
-                                        "the " + std::string(differs) + " of " + main_folder.string(),
-                                        std::string("another one; render both with one command") + hint));
-}
-
 }  // namespace
 
 void Picture::write(StreamWriter& writer, const FrameInfo& tagged) const {
@@ -223,15 +198,16 @@ void SourceRenders::check(const std::vector<Picture>& pictures) {
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         const FrameInfo& info = pictures[i].info;
         renders_[i].require(sources_.tracks[i].folder / frame_file_name(info.index), info);
-        check_companion(sources_.tracks[0].folder, main.info, sources_.tracks[i].folder, info,
-                        pictures[i].role == TrackRole::hidden || pictures[i].role == TrackRole::patches,
-                        pictures[i].role == TrackRole::window ? ", or encode its folder alone"
-                                                              : ", or use --fill none");
+        const TrackRole role = pictures[i].role;
+        const bool is_layer = role == TrackRole::hidden || role == TrackRole::patches;
+        require_companion(is_layer ? Companion::eye : Companion::light, sources_.tracks[0].folder, main.info,
+                          sources_.tracks[i].folder, info,
+                          role == TrackRole::window ? ", or encode its folder alone" : ", or use --fill none");
     }
     if (!main.right_info)
         return;
     right_eye_->require(sources_.right_eye / frame_file_name(main.info.index), *main.right_info);
-    check_companion(sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, false, "");
+    require_companion(Companion::light, sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, "");
     if (!is_posed_)
         is_posed_ = main.is_posed;
     cli::require(*is_posed_ == main.is_posed,

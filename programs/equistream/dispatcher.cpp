@@ -2,6 +2,7 @@
 /// a renderer's libraries and the client's never meet.
 #include <equistream/error.h>
 #include <equistream/text.h>
+#include <programs/cli/columns.h>
 #include <programs/cli/commands.h>
 
 #include <algorithm>
@@ -26,12 +27,19 @@ constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
 
 void print_help(std::FILE* out) {
-    std::fputs("usage: equistream COMMAND [options]\n\n", out);
-    for (const Command& command : commands)
-        std::fprintf(out, "  %-10s%s\n", command.name.data(), command.summary.data());
-    std::fputs("\n'equistream help COMMAND' shows a command's manual, 'equistream COMMAND --help' its options and an "
-               "example.\n'equistream doctor' says what is missing on this machine.\n",
-               out);
+    const std::size_t columns = equistream::cli::output_columns();
+    std::string text = "usage: equistream COMMAND [options]\n\n";
+    for (const Command& command : commands) {
+        std::string head = "  " + std::string(command.name);
+        head.resize(12, ' ');
+        text += equistream::cli::wrapped(head, command.summary, columns);
+    }
+    text += "\n" + equistream::cli::wrapped("",
+                                            "'equistream help COMMAND' shows a command's manual, 'equistream COMMAND "
+                                            "--help' its options and an example.\n'equistream doctor' says what is "
+                                            "missing on this machine.",
+                                            columns);
+    std::fputs(text.c_str(), out);
 }
 
 const Command* find_command(std::string_view name) {

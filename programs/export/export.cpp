@@ -8,6 +8,7 @@
 #include <equistream/text.h>
 #include <programs/cli/frame_runs.h>
 #include <programs/cli/paths.h>
+#include <programs/cli/process.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <span>
 #include <thread>
 
 namespace {
@@ -44,7 +46,7 @@ struct Source {
     std::optional<fs::path> hidden;  ///< of main's eye alone
 };
 
-/// Those that the render has: of a deep picture one, in parts all.
+/// Those that the render has.
 std::vector<Source> find_sources(const Arguments& a) {
     std::vector<Source> found;
     for (const char* eye : {"centre", "left", "right"})
@@ -60,9 +62,16 @@ std::vector<Source> find_sources(const Arguments& a) {
                  "none");
     if (holds_frames(a.folder / "hidden"))
         found.front().hidden = a.folder / "hidden";
-    if (a.layout == "deep")
-        found.resize(1);
     return found;
+}
+
+/// Keeps the first. Returns the names of the others.
+std::vector<std::string> leave_out_other_eyes(std::vector<Source>& sources) {
+    std::vector<std::string> left_out;
+    for (const Source& source : std::span(sources).subspan(1))
+        left_out.push_back(source.name);
+    sources.resize(1);
+    return left_out;
 }
 
 std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a) {
@@ -114,6 +123,8 @@ compositing::View read_view(const Source& source, std::int64_t index, bool deep)
     const std::string size = size_text(front.width(), front.height());
     cli::require(front.width() == hidden.width() && front.height() == hidden.height(), behind.string(),
                  "the size of " + file.string() + ", " + size, size_text(hidden.width(), hidden.height()));
+    require_companion(Companion::light, source.folder, view.front.info, *source.hidden, view.hidden->info,
+                      ", or remove that folder");
     cli::require(view.front.info.eye == view.hidden->info.eye, behind.string(),
                  "hidden surfaces of the eye of " + file.string() + " (--eye says which is exported)", "another eye's");
     return view;
@@ -125,21 +136,23 @@ void run(const Arguments& a) {
     cli::require(type == fs::file_type::directory, a.folder.string(), "a folder of frames",
                  type == fs::file_type::not_found ? "nothing" : "a file");
     const bool deep = a.layout == "deep";
-    const std::vector<Source> sources = find_sources(a);
+    std::vector<Source> sources = find_sources(a);
+    const std::vector<std::string> left_out = deep ? leave_out_other_eyes(sources) : std::vector<std::string>();
+    // An eye's folder lies in that of a render, where other commands would take the files for the render's own.
+    const bool is_eye = std::ranges::find(eye_names, a.folder.filename().string()) != std::end(eye_names);
+    cli::require_apart("--out", a.out, {is_eye ? (a.folder / "..").lexically_normal() : a.folder});
     const std::vector<std::int64_t> frames = chosen_frames(sources.front(), a);
     for (const Source& source : sources) {
         require_same_frames(source.folder, sources.front(), frames);
-        cli::require_not_read("--out", a.out, {source.folder});
-        if (!source.hidden)
-            continue;
-        require_same_frames(*source.hidden, sources.front(), frames);
-        cli::require_not_read("--out", a.out, {*source.hidden});
+        if (source.hidden)
+            require_same_frames(*source.hidden, sources.front(), frames);
     }
     std::error_code error;
     fs::create_directories(a.out, error);
     cli::require(!error, a.out.string(), "a folder that can be made", error.message());
     Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency()));
     compositing::DeepCounts counts;
+    cli::note_interrupts();
     {
         cli::Progress progress("export", double(frames.size()), style);
         for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -156,6 +169,10 @@ void run(const Arguments& a) {
                 compositing::write_parts(file, views);
             }
             progress.step(double(i + 1), "frame " + std::to_string(frames[i]));
+            if (cli::interrupted() && i + 1 < frames.size())
+                throw WorkError("interrupted: " + std::to_string(i + 1) + " of " + std::to_string(frames.size()) +
+                                " frames are exported; --frames " + std::to_string(frames[i + 1]) + "-" +
+                                std::to_string(frames.back()) + " exports the others");
         }
     }
     const double pixels = double(counts.front);
@@ -165,6 +182,7 @@ void run(const Arguments& a) {
         json["layout"] = a.layout;
         json["frames"] = {{"first", frames.front()}, {"last", frames.back()}, {"count", frames.size()}};
         json["hidden"] = sources.front().hidden.has_value();
+        json["eyes_left_out"] = left_out;
         if (deep)
             json["samples"] = {{"front", counts.front}, {"hidden", counts.hidden}, {"left_out", counts.left_out}};
         std::printf("%s\n", json_text(json, 2).c_str());
@@ -176,6 +194,9 @@ void run(const Arguments& a) {
                     (pixels + double(counts.hidden)) / pixels,
                     sources.front().hidden ? "the hidden layer has behind it"
                                            : "lies behind was not rendered (--layers)");
+    if (!left_out.empty())
+        std::printf("  %s left out: a deep file holds one eye (--eye names it; --layout parts takes all)\n",
+                    in_a_sentence(left_out, " and ").c_str());
     if (counts.left_out > 0)
         std::printf("  %lld hidden samples were not behind the front and are left out\n",
                     static_cast<long long>(counts.left_out));

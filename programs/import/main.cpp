@@ -4,6 +4,7 @@
 #include <equistream/json_text.h>
 #include <equistream/text.h>
 #include <host-adapters/import/import.h>
+#include <programs/cli/paths.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
@@ -125,9 +126,12 @@ void complete(Arguments& a, const cli::CommandLine& app) {
         s.last_frame = a.frames->last;
     }
     cli::require(!s.out.empty() || a.dry_run, "--out", "a folder (or --dry-run)", "none");
+    cli::require_not_read("--out", s.out, std::vector<std::filesystem::path>(s.sources.begin(), s.sources.end()));
 }
 
-nlohmann::ordered_json as_json(const Arguments& a, const files::ImportPlan& plan) {
+using Made = std::vector<files::ImportedFrames>;
+
+nlohmann::ordered_json as_json(const Arguments& a, const files::ImportPlan& plan, const Made& made) {
     nlohmann::ordered_json json = cli::provenance(a.settings.command);
     json["out"] = a.dry_run ? nlohmann::ordered_json() : nlohmann::ordered_json(a.settings.out.string());
     json["frames"] = plan.files.frames.size();
@@ -136,11 +140,14 @@ nlohmann::ordered_json as_json(const Arguments& a, const files::ImportPlan& plan
     for (const files::Finding& finding : plan.findings)
         json["findings"].push_back({{"found", finding.found}, {"taken_for", finding.taken_for}, {"why", finding.why}});
     json["notes"] = plan.notes;
+    json["written"] = nlohmann::ordered_json::array();
+    for (const files::ImportedFrames& view : made)
+        json["written"].push_back({{"folder", view.folder.string()}, {"imported", view.imported}, {"kept", view.kept}});
     return json;
 }
 
-void print_json(const Arguments& a, const files::ImportPlan& plan) {
-    std::printf("%s\n", json_text(as_json(a, plan), 2).c_str());
+void print_json(const Arguments& a, const files::ImportPlan& plan, const Made& made = {}) {
+    std::printf("%s\n", json_text(as_json(a, plan, made), 2).c_str());
 }
 
 void run(Arguments& a, const cli::CommandLine& app) {
@@ -151,19 +158,22 @@ void run(Arguments& a, const cli::CommandLine& app) {
         std::fputs(plan.table().c_str(), stdout);
     std::fflush(stdout);
     if (a.dry_run)
-        return a.json ? print_json(a, plan) : void();
+        return a.json ? print_json(a, plan) : void(std::puts("nothing is imported (--dry-run)"));
     const std::size_t known_notes = plan.notes.size();
     const double total = double(plan.files.frames.size() * plan.views.size());
+    Made made;
     {
         cli::Progress progress("import", total, style);
-        files::run_import(a.settings, plan, [&](std::size_t done, std::int64_t index) {
+        made = files::run_import(a.settings, plan, [&](std::size_t done, std::int64_t index) {
             progress.step(double(done), "frame " + std::to_string(index));
         });
     }
     if (a.json)
-        return print_json(a, plan);
+        return print_json(a, plan, made);
     for (std::size_t i = known_notes; i < plan.notes.size(); ++i)
         std::printf("note: %s\n", plan.notes[i].c_str());
+    for (const files::ImportedFrames& view : made)
+        std::printf("%s: imported %zu, kept %zu frames\n", view.folder.c_str(), view.imported, view.kept);
 }
 
 std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
@@ -184,7 +194,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                    "radial (along the ray), planar (along the axis) or position (the point, camera space)")
         .offers(std::array{"radial", "planar", "position"});
     app.add_option("--depth-scale", o.depth_scale_m,
-                   "Metres a unit of depth, and of worldToCamera's places (default: 1)");
+                   "Metres per unit of depth, and of positions in worldToCamera (default: 1)");
     app.add_option("--near", o.near_plane_m, "Metres along the axis by which depth was shortened");
     app.add_option("--miss", o.miss_value, "The value that means nothing was hit");
     app.add_option("--miss-above", o.miss_above, "This and more means nothing was hit (default: 1e9)");

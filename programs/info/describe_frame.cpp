@@ -20,19 +20,6 @@ double head_box_radius_m(const FrameInfo& info) {
     return head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
 }
 
-struct Extent {
-    glm::dvec3 low, high;
-};
-
-Extent extent_of(const std::vector<FrameInfo>& frames) {
-    Extent extent{frames.front().camera_pose.position_m, frames.front().camera_pose.position_m};
-    for (const FrameInfo& frame : frames) {
-        extent.low = glm::min(extent.low, frame.camera_pose.position_m);
-        extent.high = glm::max(extent.high, frame.camera_pose.position_m);
-    }
-    return extent;
-}
-
 std::string camera_text(const Camera& camera) {
     const std::string size = formatted("%dx%d", width_of(camera), height_of(camera));
     if (const auto* perspective = std::get_if<PerspectiveCamera>(&camera))
@@ -96,6 +83,16 @@ std::string visible_loss_text(const FrameInfo& info) {
                      percent(VisibleLoss::textures.front()), percent(VisibleLoss::textures[textured]));
 }
 
+/// Frames of other renderers are imported without samples and seed.
+std::string renderer_text(const FrameInfo& info) {
+    const std::string host = info.host.empty() ? "an unnamed host" : shown(info.host);
+    if (info.samples_per_pixel == 0)
+        return host + "; samples and seed not known";
+    return formatted("%u samples a pixel, seed %llu, by ", info.samples_per_pixel,
+                     static_cast<unsigned long long>(info.seed)) +
+           host;
+}
+
 }  // namespace
 
 std::string shown(const std::string& text) {
@@ -148,9 +145,7 @@ std::string shared_text(const FrameInfo& info) {
     text += formatted(", exposure %g\n", info.exposure);
     if (!info.geometry_fingerprint.empty())
         text += "  geometry   fingerprint " + shown(info.geometry_fingerprint) + "\n";
-    text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
-                      static_cast<unsigned long long>(info.seed),
-                      info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
+    text += "  rendered   " + renderer_text(info) + "\n";
     if (!info.denoiser.empty())
         text += "  denoised   by " + shown(info.denoiser) + "\n";
     if (info.crf)
@@ -176,31 +171,43 @@ std::string shared_text(const FrameInfo& info) {
     return text;
 }
 
-std::string range_text(const std::vector<FrameInfo>& frames) {
-    if (frames.empty())
+void FrameRun::add(const FrameInfo& frame) {
+    const glm::dvec3& position_m = frame.camera_pose.position_m;
+    if (count++ == 0) {
+        first = frame;
+        low = high = position_m;
+    }
+    last_index = frame.index;
+    last_time_s = frame.time_s;
+    low = glm::min(low, position_m);
+    high = glm::max(high, position_m);
+}
+
+std::string range_text(const FrameRun& frames) {
+    if (frames.count == 0)
         return "";
-    const auto [low, high] = extent_of(frames);
+    const glm::dvec3 &low = frames.low, &high = frames.high;
     return formatted("  time       %.3f to %.3f s\n  positions  x %.3f to %.3f, y %.3f to %.3f, z %.3f to %.3f m\n",
-                     frames.front().time_s, frames.back().time_s, low.x, high.x, low.y, high.y, low.z, high.z);
+                     frames.first.time_s, frames.last_time_s, low.x, high.x, low.y, high.y, low.z, high.z);
 }
 
-std::string each_text(const std::vector<FrameInfo>& frames) {
-    std::string text;
-    for (const FrameInfo& frame : frames)
-        text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(frame.index), frame.time_s) +
-                pose_text(frame.camera_pose) + "\n";
-    return text;
-}
-
-nlohmann::json range_json(const std::vector<FrameInfo>& frames) {
-    if (frames.empty())
+nlohmann::json range_json(const FrameRun& frames) {
+    if (frames.count == 0)
         return nullptr;
-    const auto [low, high] = extent_of(frames);
-    return {{"first", frames.front().index},
-            {"last", frames.back().index},
-            {"time_s", {frames.front().time_s, frames.back().time_s}},
+    const glm::dvec3 &low = frames.low, &high = frames.high;
+    return {{"first", frames.first.index},
+            {"last", frames.last_index},
+            {"time_s", {frames.first.time_s, frames.last_time_s}},
             {"position_low_m", {low.x, low.y, low.z}},
             {"position_high_m", {high.x, high.y, high.z}}};
+}
+
+void list_frame(const FrameInfo& frame, const DescribeOptions& options, Description& list) {
+    if (options.json)
+        list.json.push_back(frame_json(frame));
+    else
+        list.text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(frame.index), frame.time_s) +
+                     pose_text(frame.camera_pose) + "\n";
 }
 
 }  // namespace equistream

@@ -6,6 +6,7 @@
 #include <equistream/sequence.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace equistream {
 
@@ -58,7 +59,8 @@ void add_manifest(const fs::path& folder, Description& description) {
         return;
     }
     const Manifest manifest = read_manifest(folder);
-    description.text += shared_text(manifest.shared) + "  planes     " + shown(in_a_sentence(manifest.planes, ", ")) +
+    description.text += formatted("  rate       %g frames/s\n", manifest.shared.frames_per_second) +
+                        shared_text(manifest.shared) + "  planes     " + shown(in_a_sentence(manifest.planes, ", ")) +
                         "\n  command    " + shown(manifest.command) + "\n";
     description.json["manifest"] = {{"shared", frame_json(manifest.shared)},
                                     {"planes", manifest.planes},
@@ -66,13 +68,20 @@ void add_manifest(const fs::path& folder, Description& description) {
                                     {"fingerprint", manifest.fingerprint}};
 }
 
-void add_each_frame(const fs::path& folder, const std::vector<std::int64_t>& indices, Description& description) {
-    std::vector<FrameInfo> infos;
+void add_each_frame(const fs::path& folder, const std::vector<std::int64_t>& indices, const DescribeOptions& options,
+                    Description& description) {
+    FrameRun frames;
+    Description list;
+    cli::Progress progress("info", double(indices.size()), options.progress);
     for (const std::int64_t index : indices) {
-        infos.push_back(read_exr_info(folder / frame_file_name(index)));
-        description.json["frames"].push_back(frame_json(infos.back()));
+        const FrameInfo frame = read_exr_info(folder / frame_file_name(index));
+        frames.add(frame);
+        list_frame(frame, options, list);
+        progress.step(double(frames.count), "frame " + std::to_string(index));
     }
-    description.text += range_text(infos) + each_text(infos);
+    description.text += range_text(frames) + list.text;
+    if (!list.json.is_null())
+        description.json["frames"] = std::move(list.json);
 }
 
 Description describe_sequence(const fs::path& folder, const DescribeOptions& options) {
@@ -90,11 +99,12 @@ Description describe_sequence(const fs::path& folder, const DescribeOptions& opt
         description.text += "  missing    " + gaps + "\n";
     add_manifest(folder, description);
     if (options.each_frame)
-        add_each_frame(folder, indices, description);
+        add_each_frame(folder, indices, options, description);
     return description;
 }
 
-void write_frame_pictures(const fs::path& file, const fs::path& folder, const DisplayTransform& display) {
+/// Returns how many.
+std::size_t write_frame_pictures(const fs::path& file, const fs::path& folder, const DisplayTransform& display) {
     const Frame frame = read_exr(file);
     const auto write = [&](const std::string& plane) {
         const fs::path name = file.stem().string() + "." + plane + ".png";
@@ -104,6 +114,7 @@ void write_frame_pictures(const fs::path& file, const fs::path& folder, const Di
         write(plane);
     for (const auto& [plane, image] : frame.ids)
         write(plane);
+    return frame.planes.size() + frame.ids.size();
 }
 
 }  // namespace
@@ -138,7 +149,7 @@ Description describe_folder(const fs::path& folder, const DescribeOptions& optio
     return all;
 }
 
-void write_pictures(const fs::path& source, const fs::path& folder) {
+std::size_t write_pictures(const fs::path& source, const fs::path& folder, cli::ProgressStyle style) {
     const DisplayTransform display;
     if (!fs::is_directory(source)) {
         if (!is_exr(source))
@@ -147,13 +158,20 @@ void write_pictures(const fs::path& source, const fs::path& folder) {
         require_writable_folder(folder);
         return write_frame_pictures(source, folder, display);
     }
+    std::size_t written = 0;
     for (const fs::path& sequence : sequences_in(source)) {
         // The pictures of a render lie as its frames do.
         const fs::path target = sequence == source ? folder : folder / sequence.filename();
         require_writable_folder(target);
-        for (const std::int64_t index : list_frames(sequence))
-            write_frame_pictures(sequence / frame_file_name(index), target, display);
+        const std::vector<std::int64_t> indices = list_frames(sequence);
+        cli::Progress progress("pictures", double(indices.size()), style);
+        double done = 0;
+        for (const std::int64_t index : indices) {
+            written += write_frame_pictures(sequence / frame_file_name(index), target, display);
+            progress.step(++done, "frame " + std::to_string(index));
+        }
     }
+    return written;
 }
 
 }  // namespace equistream

@@ -6,48 +6,75 @@
 #include <programs/cli/provenance.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace equistream {
 
 namespace {
 
-/// One track, or all tiles of a role as one: the first one's frames, and the sum of their pictures and bytes.
+/// What main's pictures say of what moves.
+struct Moving {
+    std::size_t pictures = 0, max_regions = 0, bytes = 0;
+
+    void add(const FrameInfo& frame) {
+        pictures += !frame.moving.empty();
+        max_regions = std::max(max_regions, frame.moving.size());
+        bytes += motion_bytes(frame);
+    }
+};
+
+/// Of one track's pictures.
+struct Seen {
+    FrameRun frames;
+    Moving moving;
+    Description list;  ///< of the frames, where it is asked for
+};
+
+/// One track, or all tiles of a role as one: what the first one's pictures say, and the sum of their pictures and
+/// bytes.
 struct Entry {
     StreamTrackSummary track;
     int tiles = 1;
-    std::vector<FrameInfo> frames;
+    Seen seen{};
 };
 
 /// Main pictures that are looked at of what may have no end.
 constexpr std::int64_t most_watched = 300;
 
-struct Watched {
+class Watched {
+public:
     StreamReader reader;
-    std::vector<std::vector<FrameInfo>> frames;  ///< by track
-    bool is_partial = false;                     ///< it went on
+    bool is_partial = false;  ///< it went on
 
-    explicit Watched(const std::string& source)
-        : reader(source, connected(source, {.rgb = false})), frames(reader.tracks().size()) {
-        const bool may_be_endless = parse_server_address(source).has_value();
+    Watched(const std::string& source, const DescribeOptions& options)
+        : reader(source, connected(source, {.rgb = false})), may_be_endless_(parse_server_address(source).has_value()),
+          seen_(reader.tracks().size()) {
+        std::error_code error;  // what is no file has no size
+        const std::uintmax_t size = std::filesystem::file_size(source, error);
+        file_bytes_ = error ? 0 : double(size);
+        cli::Progress progress("info", 1, options.progress);
         while (!is_partial) {
             const auto picture = reader.next();
             if (!picture)
                 return;
             if (picture->info)
-                frames[picture->track].push_back(*picture->info);
-            is_partial = may_be_endless && reader.tracks().front().pictures >= most_watched;
+                add(picture->track, *picture->info, options);
+            if (picture->track == 0)
+                progress.step(fraction_done(), "picture " + std::to_string(main_pictures()));
+            is_partial = may_be_endless_ && main_pictures() >= most_watched;
         }
     }
 
-    std::vector<Entry> entries() const {
+    /// Once.
+    std::vector<Entry> take_entries() {
         std::vector<Entry> all;
-        for (std::size_t i = 0; i < frames.size(); ++i) {
+        for (std::size_t i = 0; i < seen_.size(); ++i) {
             const StreamTrackSummary& track = reader.tracks()[i];
             const auto same = std::ranges::find_if(all, [&](const Entry& entry) {
-                return may_be_tiled(track.role) && entry.track.role == track.role && !frames[i].empty();
+                return may_be_tiled(track.role) && entry.track.role == track.role && seen_[i].frames.count > 0;
             });
             if (same == all.end()) {
-                all.push_back({track, 1, frames[i]});
+                all.push_back({track, 1, std::move(seen_[i])});
                 continue;
             }
             ++same->tiles;
@@ -56,6 +83,36 @@ struct Watched {
         }
         return all;
     }
+
+private:
+    std::int64_t main_pictures() const { return reader.tracks().front().pictures; }
+
+    /// 0 where it cannot be known.
+    double fraction_done() const {
+        if (may_be_endless_)
+            return double(main_pictures()) / double(most_watched);
+        return file_bytes_ > 0 ? std::min(1.0, double(reader.position()) / file_bytes_) : 0;
+    }
+
+    void add(std::size_t track, const FrameInfo& frame, const DescribeOptions& options) {
+        Seen& seen = seen_[track];
+        seen.frames.add(frame);
+        seen.moving.add(frame);
+        if (options.each_frame && !is_further_tile(track))
+            list_frame(frame, options, seen.list);
+    }
+
+    /// Only the first tile's frames are told.
+    bool is_further_tile(std::size_t track) const {
+        const auto& tracks = reader.tracks();
+        const TrackRole role = tracks[track].role;
+        return may_be_tiled(role) &&
+               std::ranges::find(tracks, role, &StreamTrackSummary::role) != tracks.begin() + std::ptrdiff_t(track);
+    }
+
+    bool may_be_endless_;
+    double file_bytes_ = 0;
+    std::vector<Seen> seen_;  ///< by track
 };
 
 const char* stereo_name(StereoPacking packing) {
@@ -87,38 +144,25 @@ double bytes_a_picture(const StreamTrackSummary& track) {
     return track.pictures > 0 ? static_cast<double>(track.bytes) / static_cast<double>(track.pictures) : 0;
 }
 
-/// What main's pictures say of what moves.
-struct Moving {
-    std::size_t pictures = 0, max_regions = 0, bytes = 0;
-
-    explicit Moving(const std::vector<FrameInfo>& frames) {
-        for (const FrameInfo& frame : frames) {
-            pictures += !frame.moving.empty();
-            max_regions = std::max(max_regions, frame.moving.size());
-            bytes += motion_bytes(frame);
-        }
-    }
-};
-
-std::string moving_text(const std::vector<FrameInfo>& frames) {
-    const Moving moving(frames);
+std::string moving_text(const Seen& seen) {
+    const Moving& moving = seen.moving;
     if (moving.pictures == 0)
         return "";
     return formatted("  motion     in %zu pictures, of up to %zu bodies: %s a picture\n", moving.pictures,
-                     moving.max_regions, bytes_text(double(moving.bytes) / double(frames.size())).c_str());
+                     moving.max_regions, bytes_text(double(moving.bytes) / double(seen.frames.count)).c_str());
 }
 
-nlohmann::json moving_json(const std::vector<FrameInfo>& frames) {
-    const Moving moving(frames);
+nlohmann::json moving_json(const Moving& moving) {
     return {{"pictures", moving.pictures}, {"most_regions", moving.max_regions}, {"bytes", moving.bytes}};
 }
 
-std::string track_text(const Entry& entry, bool each_frame) {
-    const auto& [track, tiles, frames] = entry;
+std::string track_text(const Entry& entry) {
+    const auto& [track, tiles, seen] = entry;
+    const FrameRun& frames = seen.frames;
     const std::string count = tiles == 1 ? "" : std::to_string(tiles) + " tiles of ";
     std::string text =
         formatted("track %s: %s, %s%dx%d %s, %.3f frames/s, %lld pictures, %s (%s a picture)\n",
-                  frames.empty() ? shown(track.name).c_str() : track_name(track.role), track.codec.c_str(),
+                  frames.count == 0 ? shown(track.name).c_str() : track_name(track.role), track.codec.c_str(),
                   count.c_str(), track.width, track.height, track.pixel_format.c_str(), track.frames_per_second,
                   static_cast<long long>(track.pictures), bytes_text(static_cast<double>(track.bytes)).c_str(),
                   bytes_text(bytes_a_picture(track)).c_str());
@@ -126,17 +170,17 @@ std::string track_text(const Entry& entry, bool each_frame) {
     text += tags_text(track);
     if (track.pictures == 0)
         return text + "  no picture could be read\n";
-    if (frames.empty())
+    if (frames.count == 0)
         return text + "  no frame data of equistream's: an ordinary video, which can be shown but only turned\n";
     text += formatted("  frames     %lld to %lld, each with its pose in the coded picture\n",
-                      static_cast<long long>(frames.front().index), static_cast<long long>(frames.back().index));
-    text += range_text(frames) + shared_text(frames.front()) + moving_text(frames);
-    return each_frame ? text + each_text(frames) : text;
+                      static_cast<long long>(frames.first.index), static_cast<long long>(frames.last_index));
+    return text + range_text(frames) + shared_text(frames.first) + moving_text(seen) + seen.list.text;
 }
 
-nlohmann::json track_json(const Entry& entry, bool each_frame) {
-    const auto& [track, tiles, frames] = entry;
-    nlohmann::json json = {{"name", frames.empty() ? track.name : std::string(track_name(track.role))},
+nlohmann::json track_json(Entry& entry) {
+    auto& [track, tiles, seen] = entry;
+    const FrameRun& frames = seen.frames;
+    nlohmann::json json = {{"name", frames.count == 0 ? track.name : std::string(track_name(track.role))},
                            {"tiles", tiles},
                            {"codec", track.codec},
                            {"width", track.width},
@@ -152,18 +196,17 @@ nlohmann::json track_json(const Entry& entry, bool each_frame) {
                            {"vexu", track.has_vexu},
                            {"baseline_m", cli::or_null(track.baseline_m)},
                            {"range", range_json(frames)},
-                           {"motion", moving_json(frames)},
-                           {"first_frame", frames.empty() ? nlohmann::json() : frame_json(frames.front())}};
-    if (each_frame)
-        for (const FrameInfo& frame : frames)
-            json["frames"].push_back(frame_json(frame));
+                           {"motion", moving_json(seen.moving)},
+                           {"first_frame", frames.count == 0 ? nlohmann::json() : frame_json(frames.first)}};
+    if (!seen.list.json.is_null())
+        json["frames"] = std::move(seen.list.json);
     return json;
 }
 
 }  // namespace
 
 Description describe_stream(const std::string& source, const DescribeOptions& options) {
-    const Watched watched(source);
+    Watched watched(source, options);
     const std::string& cut = watched.reader.truncation();
     Description description;
     description.json = {{"kind", "stream"},     {"source", source},  {"container", watched.reader.container()},
@@ -171,12 +214,12 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
     if (watched.is_partial)
         description.json["whole"] = nullptr;
     description.text = shown(source) + ": video, " + watched.reader.container() + "\n";
-    for (const Entry& entry : watched.entries()) {
-        nlohmann::json track = track_json(entry, options.each_frame);
+    for (Entry& entry : watched.take_entries()) {
+        nlohmann::json track = track_json(entry);
         if (is_url(source))
             track["vexu"] = nullptr;  // boxes are read in files alone
         description.json["tracks"].push_back(std::move(track));
-        description.text += track_text(entry, options.each_frame);
+        description.text += track_text(entry);
     }
     const std::string most = std::to_string(most_watched);
     description.text += watched.is_partial ? "partial: only the server's first " + most + " pictures were read\n"

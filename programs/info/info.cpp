@@ -18,6 +18,7 @@ struct Options {
     std::string command, source;
     bool json = false;
     bool frames = false;
+    std::string progress = "auto";
     std::filesystem::path pictures;
 };
 
@@ -34,14 +35,15 @@ void require_readable(const std::string& source) {
             expected_found(source, expected, "a named pipe or a device (info pipe:0 reads standard input)"));
 }
 
-Description describe(const Options& options) {
+Description describe(const Options& options, cli::ProgressStyle progress) {
     const bool url = is_url(options.source);
+    const DescribeOptions wanted{options.frames, options.json, progress};
     std::error_code error;
     if (!url && std::filesystem::is_directory(options.source, error))
-        return describe_folder(options.source, {options.frames});
+        return describe_folder(options.source, wanted);
     if (!url && is_exr(options.source))
         return describe_exr(options.source);
-    return describe_stream(options.source, {options.frames});
+    return describe_stream(options.source, wanted);
 }
 
 std::string report(const Options& options, const Description& description) {
@@ -58,12 +60,19 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     app.add_flag("--frames", options.frames, "List every frame with its pose");
     app.add_option("--pictures", options.pictures,
                    "Also write a PNG of every plane (depth, motion, ids, ... in false colours) into this folder");
+    cli::add_progress_option(app, options.progress);
     return [&options] {
+        const cli::ProgressStyle progress = cli::parse_progress(options.progress);
         cli::hide_secret(options.source);
         require_readable(options.source);
+        std::size_t pictures = 0;
         if (!options.pictures.empty())
-            write_pictures(options.source, options.pictures);
-        const Description description = describe(options);
+            pictures = write_pictures(options.source, options.pictures, progress);
+        Description description = describe(options, progress);
+        if (!options.pictures.empty()) {
+            description.text += shown(options.pictures.string()) + formatted(": %zu pictures written\n", pictures);
+            description.json["pictures"] = {{"folder", options.pictures.string()}, {"count", pictures}};
+        }
         std::fputs(report(options, description).c_str(), stdout);
         // A file that was cut is explained; a server that failed in the middle has failed here too.
         if (!is_url(options.source))

@@ -65,6 +65,9 @@ def options_of(lines):
     return [Option(*re.match(r"(-\S+, -\S+|\S+) ?(.*)$", name).groups(), meaning) for name, meaning in rows(lines)]
 
 
+LISTED = re.compile(r"([a-z][a-z-]*(?:=\S+)?) {2,}(.*)")
+"""A row of a list in a meaning: KEY=VALUE or a word, and what it is."""
+
 KINDS = {"TEXT": "", "FLOAT": "number", "INT": "whole number", "UINT": "whole number", "FILE": "file", "DIR": "folder"}
 RULES = re.compile(r"\s*\b(REQUIRED|Excludes: \S+)")
 

@@ -9,7 +9,7 @@ import pathlib
 import re
 import shutil
 
-from help_text import choices, command_pages, help_of, options_of, sections, subcommands, takes_value, value_and_default, version_of
+from help_text import LISTED, choices, command_pages, help_of, options_of, sections, subcommands, takes_value, value_and_default, version_of
 
 COMPLETION = pathlib.Path(__file__).with_name("completion.bash")
 
@@ -21,10 +21,10 @@ def roff(text):
 
 
 def paragraph(lines):
-    """Continued lines are one text, but those of a list of KEY=VALUE, which stand below each other."""
+    """Continued lines are one text, but the rows of a list stand below each other."""
     out = []
     for line in lines:
-        if out and re.match(r"[a-z-]+=\S+  ", line):
+        if out and LISTED.match(line):
             out.append(".br")
         out.append(roff(line))
     return out

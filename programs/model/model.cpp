@@ -6,6 +6,7 @@
 #include <equistream/json_text.h>
 #include <equistream/text.h>
 #include <programs/cli/paths.h>
+#include <programs/cli/process.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
@@ -111,6 +112,7 @@ std::string json_of(const Arguments& request, const ClientModelFigures& of_model
     json["focal_px"] = request.focal_px;
     json["seed"] = request.options.seed;
     json["box_radius_m"] = of_model.box_radius_m;
+    json["path"] = {{"centres", of_model.centres}, {"cell_m", of_model.cell_m}, {"added_m", of_model.added_m}};
     json["triangles"] = {{"before", of_model.triangles_before},
                          {"seen", of_model.triangles_seen},
                          {"after", of_model.triangles_after},
@@ -141,6 +143,9 @@ std::string text_of(const Arguments& request, const ClientModelFigures& of_model
                                 100 * double(of_model.triangles_after) / double(of_model.triangles_before),
                                 1e-6 * double(bytes_beside(request.out)));
     out += formatted("to be seen from the path: %llu\n", number(of_model.triangles_seen));
+    if (of_model.added_m > 0)
+        out += formatted("the path is long: %llu cells of %.2f m stand for it, with head boxes %.2f m larger\n",
+                         number(of_model.centres), of_model.cell_m, of_model.added_m);
     out += formatted(
         "rays checked: %lld in the last of %d rounds; %.4f %% keep the bound of %g px, %.4f %% more at edges\n",
         static_cast<long long>(c.rays), of_model.rounds, 100 * double(c.within) / double(c.rays),
@@ -157,12 +162,13 @@ std::string text_of(const Arguments& request, const ClientModelFigures& of_model
 
 void run(const Arguments& request) {
     const ClientModelOptions options = complete(request);
+    cli::say_at_interrupt("equistream model: interrupted: " + request.out.string() +
+                          " is not finished; the same command begins anew");
     const auto start = Clock::now();
     const SceneDescription scene = load_scene(request.scene);
     cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
     require_replaceable(request.out, scene);
-    cli::require(description_text(scene).size() < description_size_limit, request.scene.string(),
-                 "paths whose keys a description of 16 MiB holds", "more");
+    description_text(scene);  // refused before the work, where paths have too many keys for it
     const SceneModel geometry = load_model(scene, {.shading = false});
     for (const std::string& note : geometry.notes)
         std::fprintf(stderr, "equistream model: %s\n", note.c_str());

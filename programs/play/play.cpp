@@ -2,6 +2,7 @@
 #include "player.h"
 
 #include <programs/cli/hdr_options.h>
+#include <programs/cli/process.h>
 #include <programs/cli/stage_names.h>
 
 #include <equistream/error.h>
@@ -67,6 +68,10 @@ void choose_layout(Arguments& arguments, const cli::CommandLine& app) {
 /// Containers whose name as --out makes it the video of both eyes, as encode's names do.
 constexpr std::array video_extensions = {".mp4", ".mkv"};
 
+/// Nobody means a folder by these.
+constexpr std::array other_extensions = {".mov",  ".webm", ".avi", ".m4v", ".ts",   ".nut", ".h264",
+                                         ".h265", ".gif",  ".png", ".jpg", ".jpeg", ".exr"};
+
 /// `--out eyes.mp4` is that file, unless a folder of this name is there already. It holds both eyes: side by side, or
 /// as --layout says.
 void choose_video(Arguments& arguments, const cli::CommandLine& app) {
@@ -75,9 +80,11 @@ void choose_video(Arguments& arguments, const cli::CommandLine& app) {
     std::string extension = out.extension().string();
     for (char& c : extension)
         c = char(std::tolower(static_cast<unsigned char>(c)));
+    const std::string option = "--out " + out.string();
+    require(std::ranges::find(other_extensions, extension) == other_extensions.end(), option,
+            "a folder, or NAME.mp4 or NAME.mkv", "the name of another file");
     if (std::ranges::find(video_extensions, extension) == video_extensions.end())
         return;
-    const std::string option = "--out " + out.string();
     require(type_of(out, "the name of a video") != std::filesystem::file_type::directory, option, "the name of a video",
             "a folder of this name");
     settings.out_is_video = true;
@@ -146,6 +153,7 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
 void run(Arguments& arguments, const cli::CommandLine& app) {
     cli::hide_secret(arguments.settings.source);
     complete(arguments, app);
+    cli::say_at_interrupt("equistream play: interrupted: nothing is played yet");
     const play::Report report = play::play(arguments.settings);
     if (arguments.settings.json)
         std::puts(json_text(report.json(), 1).c_str());
@@ -168,36 +176,37 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                    "that a live one makes each frame for where the head will be then");
     std::vector<std::string_view> methods = names_of(engine_stages());
     methods.emplace_back("auto");
-    app.add_option(
-           "--method", settings.method,
-           described(engine_stages()) +
-               ", or auto (what --budget-ms allows); default: eye-depth where the eyes' depth is known, mesh where the "
-               "source's alone is, else rotation")
+    app.add_option("--method", settings.method,
+                   "How the eyes' pictures are made. Default: eye-depth where the eyes' depth is known, mesh where the "
+                   "source's alone is, else rotation" +
+                       described(engine_stages()) + "\nauto          what --budget-ms allows")
         .offers(methods);
-    app.add_option(
-        "--budget-ms", settings.budget_ms,
-        "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
-        "that fits on this machine is found on one of the first frames");
-    cli::add_with_default(
-        app, "--rechoose", arguments->rechoose,
-        "For --method auto: on: a cheaper way is taken while frames run over the time, a more accurate one "
-        "again where there is room; off: the first choice stays")
+    app.add_option("--budget-ms", settings.budget_ms,
+                   "For --method auto: milliseconds a frame, both eyes, from decoding to filling. The most accurate "
+                   "method that fits on this machine is found on one of the first frames");
+    cli::add_with_default(app, "--rechoose", arguments->rechoose,
+                          "For --method auto. on: a cheaper method is taken while frames run over the time, and a more "
+                          "accurate one again where there is room. off: the first choice stays")
         .offers(std::array{"on", "off"});
     app.add_option("--depth", settings.depth,
-                   described(depth_stages()) + "; default: ray with a scene, else what came, else none")
+                   "Where depth comes from. Default: ray with a scene, else what came, else none" +
+                       described(depth_stages()))
         .offers(depth_stages());
     add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", settings.fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
     app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: as tagged");
     cli::add_with_default(app, "--fill", settings.fill,
-                          "Passes in order, of " + described(fill_stages()) +
-                              "; those with nothing to fill from are passed over; or none");
+                          "Passes that fill gaps, in order, between commas; or none. Those with nothing to fill from "
+                          "are passed over" +
+                              described(fill_stages()));
     cli::add_with_default(
         app, "--mirrors", arguments->mirrors,
-        "Mirrors and glass whose picture moves otherwise than their surface, where the source tells of them: "
-        "images (looked up where their image lies), gaps (opened, for --fill) or surface (shown as if "
-        "painted on it)")
+        "How mirrors and glass are shown whose picture moves otherwise than their surface, where the source tells of "
+        "them\n"
+        "images        looked up where their image lies\n"
+        "gaps          opened, for --fill\n"
+        "surface       as if painted on it")
         .offers(mirror_treatment_names());
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
@@ -214,13 +223,13 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::add_with_default(app, "--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame");
     app.add_option(
         "--refresh", arguments->refresh_hz,
-        "Write what is seen at each refresh of a display of so many Hz, of the frames that have come by then "
-        "and of where --head is foretold to be; default: 90 with --network, else one picture a frame");
+        "Write what is seen at each refresh of a display of so many Hz. It is made of the frames that have come by "
+        "then, for where --head is predicted to be. Default: 90 with --network, else one picture a frame");
     app.add_option("--network", settings.network, "How late frames come, KEY=VALUE,...\n" + network_help());
     cli::add_with_default(
         app, "--carry", settings.extrapolation_limit_s,
-        "With --refresh, where the stream says what moves: seconds by which that is carried on beyond what the "
-        "clock of the frames shows, so that it is where it is by now; 0: it stays where frames show it");
+        "With --refresh, where the stream says what moves: for how many seconds beyond the last frame's time it is "
+        "moved on. 0: it stays where frames show it");
     cli::add_json_flag(app, settings.json);
     cli::add_progress_option(app, arguments->progress);
     app.add_option("--out", settings.out,

@@ -8,6 +8,7 @@
 #include <client/timing/viewing.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <programs/cli/process.h>
 
 #include <algorithm>
 #include <atomic>
@@ -57,6 +58,7 @@ public:
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last,
                                             .frames_ahead = 1,
+                                            .interrupted = [] { return cli::interrupted().load(); },
                                             .poses = settings.head.empty() ? nullptr : &poses_});
         player_ = std::make_unique<FramePlayer>(settings);
         if (!settings.head.empty())
@@ -84,6 +86,7 @@ public:
     }
 
     void all_pictures() {
+        cli::note_interrupts();
         if (report_.settings.refresh_hz)
             all_refreshes();
         else
@@ -120,6 +123,7 @@ public:
 private:
     std::optional<Incoming> read() {
         std::optional<ReceivedFrame> frame = feed_->next();
+        stop_if_interrupted();
         if (!frame)
             return std::nullopt;
         if (steering_ && frame->posed)
@@ -127,8 +131,17 @@ private:
         std::int64_t bytes = 0;
         for (const FeedTrack& track : feed_->tracks())
             bytes += track.bytes;
-        count_missing(frame->main.info.index);
+        if (frame->posed || feed_->is_live())  // other videos' frames are numbered by their times
+            count_missing(frame->main.info.index);
         return Incoming{std::move(*frame), bytes - std::exchange(read_bytes_, bytes)};
+    }
+
+    void stop_if_interrupted() {
+        if (!cli::interrupted())
+            return;
+        report_.truncation = "interrupted: " + std::to_string(report_.played) +
+                             (report_.settings.refresh_hz ? " refreshes" : " frames") + " played and kept";
+        throw WorkError(report_.truncation + "; with --overwrite the same command begins anew");
     }
 
     void count_missing(std::int64_t index) {
@@ -260,8 +273,19 @@ private:
                                     " is passed over: --fill names no base, which is to lie around it");
     }
 
+    /// Others were left out once the way was chosen: in time for which frame differs from run to run.
+    std::vector<FeedTrack> used_tracks() const {
+        std::vector<FeedTrack> tracks = feed_->tracks();
+        const TrackRoles left_out(left_out_.load());
+        for (int role = 0; role < track_role_count; ++role)
+            if (left_out[std::size_t(role)])
+                std::erase_if(tracks,
+                              [&](const FeedTrack& track) { return track.name == track_name(TrackRole(role)); });
+        return tracks;
+    }
+
     void write_report() {
-        report_.tracks = feed_->tracks();
+        report_.tracks = used_tracks();
         if (steering_ && steering_->figures().heads_sent > 0)
             report_.steering = steering_->figures();
         report_.output_bytes = outputs_->bytes();

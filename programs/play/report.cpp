@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 namespace equistream::play {
 
@@ -207,8 +208,10 @@ Json Report::json() const {
     json["bytes"] = {{"output", output_bytes}, {"input", Json::object()}};
     for (const FeedTrack& track : tracks)
         json["bytes"]["input"][track.name] = {{"bytes", track.bytes}, {"pictures", track.pictures}};
-    if (viewing)
-        json["viewing"] = viewing_json(viewing->report, viewing->refreshes);
+    if (viewing) {
+        const std::span<const ViewedRefresh> all = viewing->refreshes;
+        json["viewing"] = viewing_json(viewing->report, all.last(std::min(all.size(), kept_frames)));
+    }
     if (steering)
         json["steering"] = {{"heads_sent", steering->heads_sent},
                             {"frames_made_for_them", steering->frames},

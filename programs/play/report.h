@@ -44,7 +44,8 @@ nlohmann::ordered_json settings_json(const Settings& settings);
 nlohmann::ordered_json begun_report_json(const Settings& settings);
 
 struct Report {
-    /// Of so many frames figures are kept, about a kilobyte each without --repeat: half a minute at 30 a second.
+    /// Of so many frames figures are kept, about a kilobyte each without --repeat: half a minute at 30 a second. Of so
+    /// many refreshes, the latest, json() says what was seen; its sums and percentiles are of all.
     static constexpr std::size_t kept_frames = 1000;
 
     Settings settings;

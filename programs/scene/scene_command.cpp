@@ -3,6 +3,7 @@
 
 #include <equistream/error.h>
 #include <equistream/json_text.h>
+#include <programs/cli/commands.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 #include <scenes/generate/generate.h>
@@ -16,17 +17,18 @@
 #include <cstdio>
 #include <memory>
 #include <sstream>
+#include <system_error>
 
 namespace equistream {
 namespace {
 
 struct GenerateArguments {
-    std::string name;
-    std::string folder;
+    std::string command, name, folder;
     std::vector<std::string> options;
     std::string knob;
     bool list = false;
     bool overwrite = false;
+    bool json = false;
 };
 
 struct InfoArguments {
@@ -46,7 +48,26 @@ void print(const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stdout);
 }
 
-void list_generators() {
+void print_json(const std::string& command, const nlohmann::ordered_json& report) {
+    nlohmann::ordered_json json = cli::provenance(command);
+    json.update(report);
+    print(json_text(json, 2) + "\n");
+}
+
+nlohmann::ordered_json listed(const Generator& generator) {
+    nlohmann::ordered_json options = nlohmann::ordered_json::array();
+    for (const GeneratorOption& option : generator.options)
+        options.push_back({{"name", option.name}, {"default", option.default_value}, {"meaning", option.meaning}});
+    return {{"name", generator.name}, {"summary", generator.summary}, {"options", options}};
+}
+
+void list_generators(const GenerateArguments& arguments) {
+    if (arguments.json) {
+        nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
+        for (const Generator& generator : generators())
+            scenes.push_back(listed(generator));
+        return print_json(arguments.command, {{"scenes", scenes}});
+    }
     for (const Generator& generator : generators()) {
         std::printf("%-12.*s%.*s\n", static_cast<int>(generator.name.size()), generator.name.data(),
                     static_cast<int>(generator.summary.size()), generator.summary.data());
@@ -61,7 +82,8 @@ void require_no_other(const GeneratedScene& scene, const std::filesystem::path& 
     const std::filesystem::path stem = folder / scene.description.name;
     const auto require_same = [&](const std::string& extension, const std::string& what, const auto& made) {
         const std::filesystem::path file = stem.string() + extension;
-        if (!std::filesystem::exists(file))
+        std::error_code error;
+        if (!std::filesystem::exists(file, error))
             return;
         std::ostringstream there;
         there << open_regular_file(file, what).rdbuf();
@@ -74,12 +96,23 @@ void require_no_other(const GeneratedScene& scene, const std::filesystem::path& 
     require_same(".glb", "model", [&] { return glb_bytes(scene.model); });
 }
 
+const Generator& generator_called(const std::string& name) {
+    try {
+        return find_generator(name);
+    } catch (const InputError& error) {
+        std::vector<std::string_view> names;
+        for (const Generator& generator : generators())
+            names.push_back(generator.name);
+        throw InputError(error.what() + cli::did_you_mean(name, names));
+    }
+}
+
 void generate(const GenerateArguments& arguments) {
     if (arguments.list)
-        return list_generators();
+        return list_generators(arguments);
     if (arguments.name.empty() || arguments.folder.empty())
         throw InputError("generate: expected a scene's name and --out DIR (--list shows the names)");
-    const Generator& generator = find_generator(arguments.name);
+    const Generator& generator = generator_called(arguments.name);
     std::vector<std::string> settings = arguments.options;
     if (!arguments.knob.empty()) {
         if (generator.options.empty())
@@ -90,13 +123,10 @@ void generate(const GenerateArguments& arguments) {
     if (!arguments.overwrite)
         require_no_other(scene, arguments.folder);
     const std::filesystem::path description = write_scene(scene, arguments.folder);
-    print(description.string() + ": " + std::to_string(scene.model.triangle_count()) + " triangles\n");
-}
-
-void print_json(const std::string& command, const nlohmann::ordered_json& report) {
-    nlohmann::ordered_json json = cli::provenance(command);
-    json.update(report);
-    print(json_text(json, 2) + "\n");
+    const auto triangles = scene.model.triangle_count();
+    if (arguments.json)
+        return print_json(arguments.command, {{"scene", description.string()}, {"triangles", triangles}});
+    print(description.string() + ": " + std::to_string(triangles) + " triangles\n");
 }
 
 /// Of a scene in Mitsuba's XML: what keeps Mitsuba 3 from reading it.
@@ -199,7 +229,7 @@ cli::CommandLine add_convert_command(cli::CommandLine& app, const std::shared_pt
 std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
-    informing->command = command;
+    generating->command = informing->command = command;
     cli::CommandLine generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
     generate_command.footer("Example:\n  equistream scene generate pavilion --out scenes");
     generate_command.add_option("NAME", generating->name, "which one (--list shows them)");
@@ -215,6 +245,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     generate_command.add_flag("--overwrite", generating->overwrite,
                               "replace a scene that was changed since, or made with other options");
     generate_command.add_flag("--list", generating->list, "list the scenes and their options");
+    cli::add_json_flag(generate_command, generating->json);
     cli::CommandLine info_command =
         app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
     info_command.footer("Example:\n  equistream scene info scenes/pavilion.json");

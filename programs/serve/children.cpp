@@ -128,7 +128,7 @@ bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<
         if (error || status)  // the child has ended, and its number may be another's
             return;
         stopped = true;
-        kill(child, SIGTERM);
+        kill(child, SIGKILL);  // it would keep what it has coded, and all its files go with our own
     });
     std::function<void()> look = [&] {
         int found = 0;

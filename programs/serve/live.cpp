@@ -388,9 +388,15 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
 }
 
 void require_live_options_unused(const cli::CommandLine& app, const std::string& source) {
-    for (const cli::Option option : app.options())
-        cli::require(option.group() != option_group || !option.is_given(), option.name() + ": " + source,
-                     "a scene (.json, .xml) to render", "none");
+    const bool is_folder = std::filesystem::is_directory(source);
+    for (const cli::Option option : app.options()) {
+        if (option.group() != option_group || !option.is_given())
+            continue;
+        const std::string name = option.name();
+        throw InputError(
+            expected_found(name + ": " + source, "a scene (.json, .xml) to render",
+                           is_folder ? "a folder; options of encode follow --, such as -- --depth auto" : "none"));
+    }
 }
 
 LiveSettings live_settings(const LiveOptions& options, const std::string& scene, const std::filesystem::path& folder,
@@ -409,8 +415,10 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     const std::string& out = settings.coding.out;
     cli::require(out.empty() || (out.ends_with(".mkv") && !is_url(out)), "--out", "a file's name ending in .mkv",
                  "'" + out + "'");
-    if (!out.empty())
+    if (!out.empty()) {
         cli::require_writable_file(out);
+        require_replaceable_stream(out);
+    }
     for (const std::string& word : more)  // each order says how many
         for (const char* own : {"--spp", "--overwrite"})
             cli::require(word != own && !word.starts_with(own + std::string("=")), "-- " + word,

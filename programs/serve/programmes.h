@@ -87,8 +87,10 @@ private:
 // Recorded streams.
 
 /// Of a stream of tiles (tile_stream.h) each viewer gets those that it looks at. `loop`: over and over. Throws
-/// InputError for what cannot be read or is no video with times, and for tiles over and over.
-std::unique_ptr<Programme> open_recording(const std::string& file, bool loop);
+/// InputError for what cannot be read or is no video with times, and for tiles over and over. `interrupted`: as
+/// read_send_times asks it.
+std::unique_ptr<Programme> open_recording(const std::string& file, bool loop,
+                                          const std::function<bool()>& interrupted = {});
 
 // A stream that is being made, for all who watch: each viewer gets the header and, from the next group of pictures on,
 // the same bytes as everybody; who steers is told from what they send. A viewer that falls behind goes on with the next

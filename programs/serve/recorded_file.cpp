@@ -1,23 +1,24 @@
 #include "recorded_file.h"
 
 #include <equistream/error.h>
+#include <plugin/stream/matroska_file.h>
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <vector>
 
 namespace equistream::serve {
 
 namespace {
 
-constexpr std::uint64_t moov = 0x6d6f6f76, mdat = 0x6d646174, ebml = 0x1a45dfa3, segment = 0x18538067;
+constexpr std::uint64_t moov = 0x6d6f6f76, mdat = 0x6d646174;
 
 /// So many bytes as a number; nothing where the file ends before.
 std::optional<std::uint64_t> number_at(const RecordedFile& file, std::int64_t offset, std::size_t count) {
@@ -28,22 +29,6 @@ std::optional<std::uint64_t> number_at(const RecordedFile& file, std::int64_t of
     for (const char byte : std::span(bytes).first(count))
         value = value << 8 | static_cast<std::uint8_t>(byte);
     return value;
-}
-
-/// RFC 8794, 4: a number, in as many bytes as the first says. All ones: unknown.
-struct DataSize {
-    std::int64_t value = 0, bytes = 0;
-    bool is_unknown = false;
-};
-
-std::optional<DataSize> data_size_at(const RecordedFile& file, std::int64_t offset) {
-    const auto first = number_at(file, offset, 1);
-    const int count = first ? std::countl_zero(static_cast<std::uint8_t>(*first)) + 1 : 9;
-    const auto all = count > 8 ? std::nullopt : number_at(file, offset, std::size_t(count));
-    if (!all)
-        return std::nullopt;
-    const std::uint64_t ones = (std::uint64_t{1} << 7 * count) - 1;
-    return DataSize{std::int64_t(*all & ones), count, (*all & ones) == ones};
 }
 
 }  // namespace
@@ -62,7 +47,11 @@ std::size_t RecordedFile::read(std::int64_t offset, std::span<char> bytes) const
     do
         count = pread(file_, bytes.data(), bytes.size(), offset);
     while (count < 0 && errno == EINTR);
-    return std::size_t(std::max<ssize_t>(count, 0));
+    const auto given = std::max<std::int64_t>(count, 0);
+    for (std::int64_t i = std::max<std::int64_t>(offset - hidden_at_, 0); i < hidden_bytes_; ++i)
+        if (const std::int64_t at = hidden_at_ + i - offset; at < given)
+            bytes[std::size_t(at)] = char(i == 0 ? 0xff >> (hidden_bytes_ - 1) : 0xff);
+    return std::size_t(given);
 }
 
 bool RecordedFile::index_comes_last() const {
@@ -82,14 +71,15 @@ bool RecordedFile::index_comes_last() const {
     return false;
 }
 
-bool RecordedFile::says_its_size() const {
-    constexpr std::int64_t longest_header = 1 << 16;
-    const auto header = number_at(*this, 0, 4) == ebml ? data_size_at(*this, 4) : std::nullopt;
-    if (!header || header->value > longest_header)
-        return true;
-    const std::int64_t behind = 4 + header->bytes + header->value;
-    const auto size = number_at(*this, behind, 4) == segment ? data_size_at(*this, behind + 4) : std::nullopt;
-    return !size || !size->is_unknown;
+bool RecordedFile::hide_segment_size() {
+    std::vector<char> head(matroska_head_bytes);
+    head.resize(read(0, head));
+    const auto size = segment_size(head);
+    if (!size)
+        return false;
+    hidden_at_ = size->offset;
+    hidden_bytes_ = size->bytes;
+    return true;
 }
 
 }  // namespace equistream::serve

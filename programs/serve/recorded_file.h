@@ -19,11 +19,13 @@ public:
 
     /// Of an MP4: whether the samples lie before the index (ISO 14496-12, 4.2). Viewers cannot go back.
     bool index_comes_last() const;
-    /// Of Matroska: whether its segment says how long it is (RFC 9559, 4.5). Readers end there.
-    bool says_its_size() const;
+    /// Of Matroska: read() gives its segment's size as unknown (RFC 9559, 4.5). Readers would end there, and so such a
+    /// file can follow another. False where it does not begin with its segment. Before anything is read.
+    bool hide_segment_size();
 
 private:
     int file_;
+    std::int64_t hidden_at_ = 0, hidden_bytes_ = 0;  ///< of that size
 };
 
 }  // namespace equistream::serve

@@ -19,16 +19,17 @@ namespace {
 /// A recorded stream that is open for all viewers, each of which gets it from its beginning.
 class Recording : public Programme {
 public:
-    Recording(const std::string& file, bool loop) : times_(read_send_times(file)), loop_(loop), file_(file) {
+    Recording(const std::string& file, bool loop, const std::function<bool()>& interrupted)
+        : times_(read_send_times(file, interrupted)), loop_(loop), file_(file) {
         if (loop && !times_.is_matroska)
             throw InputError(expected_found(file, "Matroska for --loop, which can be read end to end again and again",
                                             "another container"));
         if (!times_.is_matroska && file_.index_comes_last())
             throw InputError(expected_found(file, "an MP4 whose index comes first (ffmpeg -movflags +faststart)",
                                             "one with it at its end, which viewers cannot read as it comes"));
-        if (loop && file_.says_its_size())
-            throw InputError(expected_found(file, "Matroska without a size in front for --loop (ffmpeg -live 1)",
-                                            "one that says its size, where readers end"));
+        if (loop && !file_.hide_segment_size())
+            throw InputError(
+                expected_found(file, "Matroska that begins with its segment, for --loop", "something else there"));
     }
 
     std::unique_ptr<Feed> open_feed() override;
@@ -196,10 +197,11 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Programme> open_recording(const std::string& file, bool loop) {
-    std::optional<TileRecording> tiles = open_tiles(file);
+std::unique_ptr<Programme> open_recording(const std::string& file, bool loop,
+                                          const std::function<bool()>& interrupted) {
+    std::optional<TileRecording> tiles = open_tiles(file, interrupted);
     if (!tiles)
-        return std::make_unique<Recording>(file, loop);
+        return std::make_unique<Recording>(file, loop, interrupted);
     if (loop)
         throw InputError(expected_found("--loop: " + file, "a stream without tiles", "one of tiles"));
     return std::make_unique<TiledRecording>(std::move(*tiles));

@@ -20,13 +20,18 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <utility>
 
 namespace equistream::serve {
 
 namespace {
 
 constexpr double max_patience_s = 86400;
+/// A file of so many bytes takes some disks seconds to read, in which nobody can come.
+constexpr std::uintmax_t large_file_bytes = std::uintmax_t{1} << 30;
 
 struct Options {
     std::string command, source, listen, web, secret_file, certificate;
@@ -242,6 +247,23 @@ cli::ScratchFolder& make_scratch(std::optional<cli::ScratchFolder>& scratch) {
     return *scratch;
 }
 
+/// Null where `stopped`, which is asked meanwhile, says so.
+std::unique_ptr<Programme> read_recording(const Options& options, const std::string& file,
+                                          const std::function<bool()>& stopped) {
+    std::error_code error;
+    if (const std::uintmax_t bytes = std::filesystem::file_size(file, error); !error && bytes >= large_file_bytes)
+        log_note(options.live.settings.server.log,
+                 "reading " + file + formatted(" (%.1f GB), to know when its bytes are due", double(bytes) / 1e9));
+    try {
+        std::unique_ptr<Programme> recording = open_recording(file, options.loop, stopped);
+        return stopped() ? nullptr : std::move(recording);
+    } catch (const std::exception&) {  // what was read until then may be too little
+        if (stopped())
+            return nullptr;
+        throw;
+    }
+}
+
 void run_recorded(const Options& options) {
     Entrance entrance(options);
     std::string file = options.source;
@@ -254,14 +276,23 @@ void run_recorded(const Options& options) {
             return report(options, ServerFigures{});
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
-    const std::unique_ptr<Programme> recording = open_recording(file, options.loop);
+    bool stopped = false;
+    Server* running = nullptr;
+    entrance.stop.async_wait([&](const asio::error_code& cancelled, int) {
+        stopped = !cancelled;
+        if (stopped && running != nullptr)
+            running->stop();
+    });
+    const std::unique_ptr<Programme> recording = read_recording(options, file, [&] {
+        entrance.io.poll();
+        return stopped;
+    });
+    if (!recording)
+        return report(options, ServerFigures{});
     entrance.open(options.live.settings.server.log);
     Server server(entrance.io, std::move(entrance.door), *recording,
                   entrance.with_secret(options.live.settings.server));
-    entrance.stop.async_wait([&](const asio::error_code& cancelled, int) {
-        if (!cancelled)
-            server.stop();
-    });
+    running = &server;
     server.start();
     say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, server.web_url()));
     entrance.io.run();

@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farming import jobs, openjd, slurm, task  # noqa: E402
 from farming.folder import DAMAGED, damage_told, read_plan, status, status_line, write_plan  # noqa: E402
 from options import Parser, add_common, parse, typed_command  # noqa: E402
-from steps import REPOSITORY, Failed, provenance, run_as_program, write_whole  # noqa: E402
+from steps import REPOSITORY, USAGE, Failed, Refused, provenance, run_as_program, write_whole  # noqa: E402
 
 TASK = "task"
 
@@ -85,10 +85,11 @@ def plan_before(folder):
 
 def write_farm(options):
     """The plan and what makes each system follow it; what is told of them. The same job may be planned anew: what is finished stays."""
+    checked = jobs.checked_job(options)
     before = plan_before(options.out)
     if before and before["job"] != options.job:
-        raise Failed(f"{options.out}: expected the farm of this job, found another's; --out names another folder")
-    plan = jobs.plan_of(options, before)
+        raise Refused(f"{options.out}: expected the farm of this job, found another's; --out names another folder")
+    plan = jobs.plan_of(options, checked, before)
     folder = options.out.resolve()
     write_plan(folder, plan)
     for name, text in slurm.scripts(plan).items():
@@ -123,7 +124,7 @@ def main():
             found = list(status(folder, read_plan(folder)))
             print(json.dumps({"folder": str(folder), "steps": found}) if options.json else "\n".join(map(status_line, found)))
         except DAMAGED as error:
-            parser.exit(task.USAGE, f"equistream farm: {damage_told(folder, error)}\n")
+            parser.exit(USAGE, f"equistream farm: {damage_told(folder, error)}\n")
         return
     report(write_farm(options), options)
 

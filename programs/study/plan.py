@@ -12,7 +12,7 @@ import json
 import found
 import render_list
 from presets import OF_SCENES, OF_THEIR_OWN, PRESETS
-from steps import Failed, read_json, write_whole
+from steps import Refused, read_json, write_whole
 
 JOB_S = 3600
 """What a render job is meant to take."""
@@ -31,17 +31,17 @@ def samples_per_second(result):
     """Of all renders of a result together, those that began from nothing: by the processor's seconds over its cores, which other work beside does not stretch."""
     made = [record for record in result["renders"] if record["frames_kept"] == 0 and not record["name"].startswith("geometry-")]
     if not made:
-        raise Failed(f"{result['scene']}: expected renders that were timed whole, found none")
+        raise Refused(f"{result['scene']}: expected renders that were timed whole, found none")
     processor_s = sum(sum(record["cpu_s"].values()) for record in made)
     return sum(record["paths"] for record in made) * result["machine"]["cores"] / processor_s
 
 
 def rates(folder, scenes):
-    """Scene -> samples a second, and which result says so. Failed for a scene that has none."""
+    """Scene -> samples a second, and which result says so. Refused for a scene that has none."""
     measured = found.load(folder, "systems")
     for scene in scenes:
         if scene not in measured:
-            raise Failed(f"{folder}/systems/{scene}.json: expected a measured result to tell times from, found none (--preset small makes it)")
+            raise Refused(f"{folder}/systems/{scene}.json: expected a measured result to tell times from, found none (--preset small makes it)")
     return {scene: samples_per_second(measured[scene]) for scene in scenes}
 
 
@@ -69,14 +69,14 @@ def planned_job(preset, number, out):
     """One of those that steps() listed."""
     file = jobs_file(preset, out)
     if not file.exists():
-        raise Failed(f"{file}: expected the list that equistream farm study writes, found none")
+        raise Refused(f"{file}: expected the list that equistream farm study writes, found none")
     jobs = read_json(file)
     if not 0 <= number < len(jobs):
-        raise Failed(f"--job: expected 0 to {len(jobs) - 1}, found {number}")
+        raise Refused(f"--job: expected 0 to {len(jobs) - 1}, found {number}")
     job = jobs[number]
     render = next((render for render in render_list.every_render(preset, job["scene"]) if render.name == job["render"]), None)
     if render is None:
-        raise Failed(f"{file}: job {number}: expected a render of preset {preset.name}, found '{job['render']}'; equistream farm study makes the list anew")
+        raise Refused(f"{file}: job {number}: expected a render of preset {preset.name}, found '{job['render']}'; equistream farm study makes the list anew")
     return Job(job["scene"], render, job["first"], job["last"], job["seconds"])
 
 
@@ -85,7 +85,7 @@ def measuring_s(preset, scene, folder):
     results = [found.load(folder, experiment).get(scene) for experiment in OF_SCENES]
     last = max((result for result in results if result and "measuring_cpu_s" in result), key=lambda result: result["measuring_cpu_s"], default=None)
     if last is None:
-        raise Failed(f"{folder}: expected a result of {scene} that says what its measuring took of a processor, found none; --again measures it anew")
+        raise Refused(f"{folder}: expected a result of {scene} that says what its measuring took of a processor, found none; --again measures it anew")
     before = last["settings"]
     pixels = preset.eye[0] * preset.eye[1] / (before["eye"][0] * before["eye"][1])
     return last["measuring_cpu_s"] * preset.frames / before["frames"] * pixels

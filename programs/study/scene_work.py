@@ -12,7 +12,7 @@ import render_list
 from gathered import gather
 from narrowed import made_once, narrow_sequence
 from presets import SEEDS
-from steps import HERE, REPOSITORY, Failed, Steps, measured_json
+from steps import HERE, REPOSITORY, Refused, Steps, measured_json
 
 STRESS = next(folder for folder in (HERE / "stress", REPOSITORY / "tests/stress") if folder.is_dir())
 """Scenes that break reprojection, and how they are played and scored."""
@@ -31,7 +31,7 @@ class SceneWork:
         self.scene, self.preset = scene, preset
         self.folder = (pathlib.Path(work) / scene).resolve()
         if REPOSITORY in self.folder.parents and REPOSITORY / "build" not in self.folder.parents:
-            raise Failed(f"--work: expected a folder outside the repository, found {work}")
+            raise Refused(f"--work: expected a folder outside the repository, found {work}")
         self.folder.mkdir(parents=True, exist_ok=True)
         self.first, self.last = preset.frame_range(scene)
         self.steps = Steps(self.folder, programs, {str(REPOSITORY) + "/": "", str(self.folder) + "/": ""},
@@ -52,7 +52,7 @@ class SceneWork:
         return self.folder / f"scene/{self.scene}.json"
 
     def expect_scene(self):
-        """Failed for a scene that is not there, before hours are spent on others."""
+        """Refused for a scene that is not there, before hours are spent on others."""
         self.steps.run("scene-info", "scene", "info", self.description, "--json")
 
     @property

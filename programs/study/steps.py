@@ -26,10 +26,16 @@ HERE = pathlib.Path(__file__).resolve().parent
 REPOSITORY = next(folder for folder in (HERE.parents[1], HERE.parent) if (folder / "scenes/descriptions").is_dir() or folder == HERE.parent)
 """The checkout; of an installation the folder with its scenes' descriptions."""
 RESULTS = REPOSITORY / "docs/results/study"
+USAGE = 2
+"""The exit status of every command that was given wrong words or input: trying again would not help."""
 
 
 class Failed(Exception):
     pass
+
+
+class Refused(Failed):
+    """What was asked for is wrong: the exit status is that of bad usage or input."""
 
 
 REQUIREMENTS = pathlib.Path(__file__).with_name("requirements.txt")
@@ -284,7 +290,7 @@ class Steps:
         if code != 0:
             aside.unlink(missing_ok=True)
             lines = errors.read_text(errors="replace").strip().splitlines()
-            raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
+            raise (Refused if code == USAGE else Failed)(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
         os.replace(aside, output)
         record = {"command": command, "context": self.context, "inputs": inputs, "wall_s": round(wall_s, 3), "resumed": resumed,
                   **({"beside": True} if beside else {}), "cpu_s": round(usage.ru_utime + usage.ru_stime, 3),
@@ -352,6 +358,9 @@ def run_as_program(main, name=None):
         main()
         if sys.stdout:  # none where it was closed
             sys.stdout.flush()
+    except Refused as refusal:
+        print(f"{name}: {refusal}", file=sys.stderr)
+        sys.exit(USAGE)
     except Failed as failure:
         sys.exit(f"{name}: {failure}")
     except BrokenPipeError:  # nobody reads on

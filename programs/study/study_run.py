@@ -21,7 +21,7 @@ from options import Progress
 from page import Pictures, write_page
 from presets import KNOWN_DB, OF_SCENES, PRESETS, SEEDS
 from scene_work import REPOSITORY, SceneWork
-from steps import Failed, provenance, read_json, write_whole
+from steps import Refused, provenance, read_json, write_whole
 from tables import write_tables
 
 
@@ -59,12 +59,12 @@ class Study:
             return False
         found = read_json(file)
         if not isinstance(found, dict) or not isinstance(found.get("settings"), dict):
-            raise Failed(f"{file}: expected what a study wrote, found other JSON; remove it")
+            raise Refused(f"{file}: expected what a study wrote, found other JSON; remove it")
         found = found["settings"]
         wanted = json.loads(result_text(settings(self.preset, file.stem)))
         # What a preset says more by now, nothing that was measured hangs on.
         if differing := ", ".join(key for key in found if found[key] != wanted.get(key)):
-            raise Failed(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
+            raise Refused(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
         return True
 
     def file(self, experiment, scene):
@@ -135,7 +135,7 @@ class Study:
 
     def draw(self):
         if not any(self.options.out.glob("*/*.json")):
-            raise Failed(f"{self.options.out}: expected what a study measured, EXPERIMENT/SCENE.json, found none")
+            raise Refused(f"{self.options.out}: expected what a study measured, EXPERIMENT/SCENE.json, found none")
         for chart in (charts.systems, charts.paper, charts.parity, charts.parsimony, charts.stability, charts.related, charts.window):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)

@@ -1,6 +1,7 @@
 #include "bundled.h"
 
 #include <equistream/error.h>
+#include <equistream/locks.h>
 #include <equistream/sequence.h>
 #include <scenes/generate/breakers/breakers.h>
 #include <scenes/library/write_glb.h>
@@ -95,7 +96,7 @@ const Generator& find_generator(std::string_view name) {
             return generator;
         names.push_back(generator.name);
     }
-    throw InputError(expected_found("scene", "one of " + comma_separated(names), "'" + std::string(name) + "'"));
+    throw InputError(expected_found("NAME", "one of " + comma_separated(names), "'" + std::string(name) + "'"));
 }
 
 GeneratedScene make_scene(const Generator& generator, std::span<const std::string> settings) {
@@ -120,10 +121,7 @@ GeneratedScene make_scene(const Generator& generator, std::span<const std::strin
 }
 
 std::filesystem::path write_scene(const GeneratedScene& scene, const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error)
-        throw WorkError(expected_found(folder.string(), "a folder that can be made", error.message()));
+    require_writable_folder(folder);
     const std::string& name = scene.description.name;
     write_glb(folder / (name + ".glb"), scene.model);
     const std::filesystem::path description = folder / (name + ".json");

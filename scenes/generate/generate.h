@@ -54,7 +54,7 @@ const Generator& find_generator(std::string_view name);
 GeneratedScene make_scene(const Generator& generator, std::span<const std::string> settings = {});
 
 /// Writes NAME.glb, then NAME.json (each whole or not at all), into `folder`, which is made if need be. Returns the
-/// description's path.
+/// description's path. Throws InputError where nothing can be written there.
 std::filesystem::path write_scene(const GeneratedScene& scene, const std::filesystem::path& folder);
 
 }  // namespace equistream

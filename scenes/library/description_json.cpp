@@ -1,6 +1,7 @@
 #include "description_json.h"
 
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <nlohmann/json.hpp>
 
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 #include <unordered_map>
+#include <utility>
 
 namespace equistream {
 
@@ -18,6 +20,9 @@ constexpr double max_colour = 1e12;
 
 /// Far more than a description needs; keeps every recursion over the tree shallow.
 constexpr std::size_t nesting_limit = 32;
+
+/// Each takes some hundred bytes. An hour of a head at 90 keys a second has a third of them.
+constexpr std::size_t values_limit = 10'000'000;
 
 /// Feeds the parser and lets the handler know how far it has come.
 class CountingCursor {
@@ -50,9 +55,25 @@ private:
 
 using Json = nlohmann::json;
 
+/// What a message quotes of text that is not JSON: the string, the word or the sign that it begins with.
+std::string quoted_token(std::string_view text) {
+    constexpr std::string_view signs = ",:[]{}";
+    if (text.empty())
+        return "the end of the file";
+    if (text.starts_with("//") || text.starts_with("/*") || text.front() == '#')
+        return "a comment, which JSON does not have";
+    if (text.front() == '"') {
+        const std::size_t end = text.find_first_of("\"\n", 1);
+        return std::string(text.substr(0, end < text.size() && text[end] == '"' ? end + 1 : end));
+    }
+    const std::size_t end = signs.find(text.front()) == signs.npos ? text.find_first_of(" \t\r\n\",:[]{}") : 1;
+    return "\"" + std::string(text.substr(0, end)) + "\"";
+}
+
 class TreeBuilder final : public nlohmann::json_sax<Json> {
 public:
-    TreeBuilder(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+    TreeBuilder(std::string_view text, const std::string& file)
+        : text_(text), file_(file), behind_(text.starts_with("\xef\xbb\xbf") ? 3 : 0) {}
 
     std::size_t* characters_read() { return &read_; }
     JsonValue take() { return std::move(root_); }
@@ -81,23 +102,73 @@ public:
             throw InputError(expected_found(place(), "each key once",
                                             "\"" + value + "\" again after line " + std::to_string(first->second)));
         open_.back()->members.push_back({value, line(), {}});
+        took(Taken::key);
         return true;
     }
 
-    bool parse_error(std::size_t, const std::string& last_token, const nlohmann::detail::exception& e) override {
-        if (std::string_view(e.what()).find("end of input") != std::string_view::npos) {
-            ++read_;  // nothing is at hand: all newlines count
-            throw InputError(expected_found(place(), "valid JSON", "the end of the file"));
-        }
-        // Control characters and long tokens would spoil the one line.
-        std::string token = last_token.substr(0, 40);
-        std::erase_if(token, [](char c) { return static_cast<unsigned char>(c) < 0x20; });
+    bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& e) override {
         constexpr int out_of_range = 406;
-        throw InputError(expected_found(
-            place(), e.id == out_of_range ? "a number that a double can hold" : "valid JSON", "\"" + token + "\""));
+        std::size_t at = behind_blanks(behind_);
+        auto [expected, may_be_string] = expected_at(at);
+        if (e.id == out_of_range)
+            expected = "a number that a double can hold";
+        else if (may_be_string && at < text_.size() && text_[at] == '"')
+            expected = "text in UTF-8 on one line, with JSON's escapes and a quote at its end";
+        const std::string_view before = text_.substr(0, at);
+        const auto lines = 1 + std::count(before.begin(), before.end(), '\n');
+        const std::size_t column = at - (before.rfind('\n') + 1);  // npos + 1 is 0
+        throw InputError(expected_found(file_ + ":" + std::to_string(lines) + ":" + std::to_string(column + 1),
+                                        expected, quoted_token(text_.substr(at))));
     }
 
 private:
+    /// The last thing of which the grammar made something.
+    enum class Taken { nothing, opening, key, value };
+
+    void took(Taken what) {
+        taken_ = what;
+        behind_ = read_;
+    }
+
+    std::size_t behind_blanks(std::size_t at) const {
+        return std::min(text_.find_first_not_of(" \t\r\n", at), text_.size());
+    }
+
+    struct Expected {
+        std::string words;
+        bool may_be_string = true;
+    };
+
+    /// What the grammar asks for at `at`, behind what was taken. A comma or colon where it belongs is passed.
+    Expected expected_at(std::size_t& at) const {
+        const auto passes = [&](char sign) {
+            if (at == text_.size() || text_[at] != sign)
+                return false;
+            at = behind_blanks(at + 1);
+            return true;
+        };
+        const bool in_object = !open_.empty() && open_.back()->kind == JsonValue::Kind::object;
+        switch (taken_) {
+        case Taken::opening:
+            return {in_object ? "a key in quotes or }" : "a value or ]"};
+        case Taken::key:
+            if (!passes(':'))
+                return {"a colon behind the key", false};
+            break;
+        case Taken::value:
+            if (open_.empty())
+                return {"the end of the file", false};
+            if (!passes(','))
+                return {in_object ? "a comma or }" : "a comma or ]", false};
+            if (in_object)
+                return {"a key in quotes"};
+            break;
+        case Taken::nothing:
+            break;
+        }
+        return {"a value"};
+    }
+
     /// The last character read belongs to the token at hand, or (after a number) is the one behind it.
     int line() {
         for (; counted_ + 1 < read_; ++counted_)
@@ -108,10 +179,17 @@ private:
 
     bool number(double value) {
         add(JsonValue::Kind::number)->number = value;
+        const bool ends_the_text = behind_ == text_.size() && text_.back() >= '0' && text_.back() <= '9';
+        behind_ -= ends_the_text ? 0 : 1;  // the character that ended it
         return true;
     }
 
     JsonValue* add(JsonValue::Kind kind) {
+        if (++values_ > values_limit)
+            throw InputError(expected_found(place(),
+                                            "at most " + std::to_string(values_limit) +
+                                                " values in a description (paths may be CSV files beside it)",
+                                            "more"));
         JsonValue* value = &root_;
         if (!open_.empty()) {
             JsonValue& parent = *open_.back();
@@ -120,6 +198,7 @@ private:
         }
         value->kind = kind;
         value->line = line();
+        took(Taken::value);
         return value;
     }
     bool open(JsonValue::Kind kind) {
@@ -128,24 +207,39 @@ private:
                 expected_found(place(), "at most " + std::to_string(nesting_limit) + " levels of nesting", "more"));
         open_.push_back(add(kind));
         keys_.emplace_back();
+        took(Taken::opening);
         return true;
     }
     bool close() {
         open_.pop_back();
         keys_.pop_back();
+        took(Taken::value);
         return true;
     }
 
     std::string_view text_;
     const std::string& file_;
     std::size_t read_ = 0;
-    std::size_t counted_ = 0;
+    std::size_t counted_ = 0, values_ = 0;
     int lines_ = 1;
+    Taken taken_ = Taken::nothing;
+    std::size_t behind_;  ///< what was taken; at first a byte order mark
     JsonValue root_;
     /// Pointers stay good: a parent's lists do not grow while a child of it is open.
     std::vector<JsonValue*> open_;
     std::vector<std::unordered_map<std::string, int>> keys_;  ///< of each in open_, with their lines
 };
+
+std::string described_list(const std::vector<JsonValue>& items) {
+    constexpr std::size_t most_shown = 4;
+    const auto is_number = [](const JsonValue& item) { return item.kind == JsonValue::Kind::number; };
+    if (items.empty() || items.size() > most_shown || !std::all_of(items.begin(), items.end(), is_number))
+        return "a list of " + std::to_string(items.size());
+    std::string text;
+    for (const JsonValue& item : items)
+        text += (text.empty() ? "[" : ", ") + in_words(item.number);
+    return text + "]";
+}
 
 std::string describe(const JsonValue& value) {
     switch (value.kind) {
@@ -158,7 +252,7 @@ std::string describe(const JsonValue& value) {
     case JsonValue::Kind::text:
         return "\"" + value.text.substr(0, 60) + "\"";
     case JsonValue::Kind::array:
-        return "a list of " + std::to_string(value.items.size());
+        return described_list(value.items);
     case JsonValue::Kind::object:
         break;
     }

@@ -300,7 +300,7 @@ std::string moving_text(const std::vector<MovingObject>& moving) {
 
 }  // namespace
 
-std::string description_text(const SceneDescription& description) {
+std::string description_text(const SceneDescription& description, std::uint64_t limit_bytes) {
     const std::string model =
         description.model.empty() ? description.name + ".glb" : description.model.filename().string();
     std::string text = "{\n  \"name\": " + json_text(Json(description.name)) + ",\n  \"model\": " + exact(model);
@@ -322,7 +322,13 @@ std::string description_text(const SceneDescription& description) {
         text += ",\n  \"moving\": [\n" + moving_text(description.moving) + "\n  ]";
     if (!description.stands_for.empty())
         add("stands_for", description.stands_for);
-    return text + "\n}\n";
+    text += "\n}\n";
+    if (text.size() > limit_bytes)
+        throw InputError(expected_found(description.file.string(),
+                                        "paths whose keys a description of " + std::to_string(limit_bytes) +
+                                            " bytes holds (fewer keys a second)",
+                                        std::to_string(text.size()) + " bytes of them"));
+    return text;
 }
 
 }  // namespace equistream

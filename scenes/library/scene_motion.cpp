@@ -174,8 +174,10 @@ bool names_columns(std::string_view line) {
 PosePath::Key parse_key(std::string_view line, const std::string& where) {
     const std::vector<std::string_view> fields = split_at_commas(line);
     if (fields.size() != columns.size())
-        throw InputError(
-            expected_found(where, "8 columns (time_s, x, y, z, qw, qx, qy, qz)", std::to_string(fields.size())));
+        throw InputError(expected_found(where,
+                                        "8 columns separated by commas, with decimal points (time_s, x, y, z, qw, qx, "
+                                        "qy, qz)",
+                                        std::to_string(fields.size())));
     std::array<double, 8> n{};
     for (std::size_t i = 0; i < n.size(); ++i) {
         const std::optional<double> value = parse_number(fields[i]);

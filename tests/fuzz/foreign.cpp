@@ -210,8 +210,9 @@ Seeds foreign_seeds() {
     Seeds found = views();
     for (const bool single_part : {false, true}) {
         Frame frame = testing::test_frame(single_part ? 5 : 12, single_part ? 3 : 18);
-        for (float& distance_m : frame.planes.at("depth").samples())
-            distance_m = std::abs(distance_m);
+        for (const char* plane : {"depth", "virtual_depth"})
+            for (float& distance_m : frame.planes.at(plane).samples())
+                distance_m = std::abs(distance_m);
         write_exr(file, frame, {.single_part = single_part});
         found.push_back(bytes_of_file(file));
     }

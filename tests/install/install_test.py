@@ -82,7 +82,7 @@ def check_study(prefix, scratch):
         return
     own = {**os.environ, "EQUISTREAM_PYTHON": sys.executable}
     planned = subprocess.run([dispatcher, "farm", "--measured", scratch, "--out", scratch / "farm", "study", "--preset", "small", "--out", scratch / "study"], env=own, text=True, capture_output=True)
-    assert planned.returncode == 1 and "expected a measured result" in planned.stderr, planned.stderr
+    assert planned.returncode == 2 and "expected a measured result" in planned.stderr, planned.stderr
 
 
 def check_mitsuba(prefix, scratch):

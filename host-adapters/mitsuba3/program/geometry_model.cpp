@@ -1,5 +1,6 @@
 #include "geometry_model.h"
 
+#include "path_distance.h"
 #include "tessellate.h"
 
 #include <equistream/bound.h>
@@ -18,29 +19,10 @@ namespace {
 constexpr double share = default_budget_share / 16;
 constexpr std::size_t max_notes = 20;
 
-std::vector<glm::dvec3> positions(const PosePath& path) {
-    std::vector<glm::dvec3> points;
-    for (const PosePath::Key& key : path.keys())
-        points.push_back(key.pose.position_m);
-    return points;
-}
-
-/// To the nearest point of straight lines between `stations`.
-double distance_m(const std::vector<glm::dvec3>& stations, const glm::dvec3& point) {
-    double nearest = 1e30;
-    for (std::size_t i = 0; i < stations.size(); ++i) {
-        const glm::dvec3 from = stations[i], along = stations[std::min(i + 1, stations.size() - 1)] - from;
-        const double length2 = glm::dot(along, along);
-        const double at = length2 > 0 ? std::clamp(glm::dot(point - from, along) / length2, 0.0, 1.0) : 0;
-        nearest = std::min(nearest, glm::length(from + at * along - point));
-    }
-    return nearest;
-}
-
 class Exporter {
 public:
     Exporter(EmbeddedScene& scene, const WorldMap& world, const HeadBox& box)
-        : scene_(scene), world_(world), radius_m_(box.radius_m), stations_(positions(box.path)) {
+        : scene_(scene), world_(world), radius_m_(box.radius_m), path_(box.path) {
         Material surface;
         surface.name = "surface";
         surface.metallic = 0;
@@ -152,7 +134,7 @@ private:
         for (const glm::vec3& position : mesh.positions) {
             const glm::dvec3 p(place * glm::dvec4(position, 1));
             size = std::max(size, glm::length(p - first));
-            nearest = std::min(nearest, distance_m(stations_, p));
+            nearest = std::min(nearest, path_.metres_to(p));
         }
         const double scale = std::max({glm::length(glm::dvec3(place[0])), glm::length(glm::dvec3(place[1])),
                                        glm::length(glm::dvec3(place[2])), 1e-30});
@@ -205,7 +187,7 @@ private:
     EmbeddedScene& scene_;
     const WorldMap& world_;
     double radius_m_;
-    std::vector<glm::dvec3> stations_;
+    PathDistance path_;
     std::map<int, std::vector<glm::dmat4>> placements_;  // of groups
     std::map<int, std::vector<std::uint32_t>> groups_;   // their meshes
     std::map<std::string, std::uint32_t> masks_;         // materials by the BSDF's id

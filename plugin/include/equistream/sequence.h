@@ -5,6 +5,7 @@
 /// Functions throw WorkError (I/O) or InputError (not what was expected), naming the file.
 #include <equistream/aov.h>
 #include <equistream/frame.h>
+#include <equistream/stream.h>
 
 #include <filesystem>
 #include <functional>
@@ -86,6 +87,23 @@ private:
     std::optional<FrameInfo> expected_;
     std::string as_in_ = "the frames before it";
 };
+
+/// How closely frames of two folders belong together. Each asks for all that stands before it, too.
+enum class Companion {
+    scene,  ///< scene, geometry and time
+    head,   ///< the head's pose, and the distance between its eyes
+    light,  ///< exposure and seed
+    eye
+};
+
+/// What frames of this role must share with those of main that they are shown with. Both eyes of one video are of
+/// main's role.
+Companion companion_of(TrackRole role);
+
+/// A layer of another render would fill gaps from the wrong place; so would another eye's. Throws InputError naming
+/// `folder`, the frame and what is another one there than `main` of `main_folder` has. `hint`: what else to do.
+void require_companion(Companion companion, const std::filesystem::path& main_folder, const FrameInfo& main,
+                       const std::filesystem::path& folder, const FrameInfo& other, const std::string& hint);
 
 /// Indices of the frames present, ascending. Unfinished (aside) files do not count.
 std::vector<std::int64_t> list_frames(const std::filesystem::path& folder, const std::string& extension = "exr");

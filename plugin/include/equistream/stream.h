@@ -218,6 +218,7 @@ struct StreamTrackSummary {
     int width = 0;
     int height = 0;
     double frames_per_second = 0;
+    double most_frames_per_second = 0;  ///< where it varies, as far as libav found out; else the same
     std::string pixel_format;
     std::string colour;  ///< "range/primaries/transfer/matrix" in libav's names
     /// Tagged as equirectangular video, of which part of the sphere; nothing: not tagged so.
@@ -232,6 +233,9 @@ struct StreamTrackSummary {
 
 /// Whether a source or target is an address (PROTOCOL://..., pipe:...) rather than the name of a file.
 bool is_url(const std::string& name);
+
+/// Whether a source is a pipe: what was read of it cannot be read again. Asks the file system each time.
+bool is_pipe(const std::string& name);
 
 struct StreamReadOptions {
     bool rgb = true;  ///< false: decode, but leave DecodedPicture::rgb empty
@@ -278,7 +282,8 @@ public:
     const std::string& container() const;  ///< libav's long name
     /// Whether it comes from a server at that server's pace: an address in which nobody can seek, no pipe. Any thread.
     bool is_live() const;
-    /// From the first picture to the end of the last, as the container says; nothing where it does not, or it is live.
+    /// From the first picture to the end of the last, as the container says. Nothing where it does not, where nobody
+    /// can go back in the source, of a fragmented mp4, and of a Matroska file that was cut.
     std::optional<double> seconds() const;
     /// The next picture of any track, in presentation order within each and side by side as far as they are
     /// interleaved; nothing at the end.
@@ -286,7 +291,7 @@ public:
     /// From here on next() gives pictures of each track from its last key frame on that is shown no later than so long
     /// after main's first picture, which must have been given; nothing before that key frame is decoded. Found by the
     /// container's index where it has one that leads there, else by reading packets from the beginning. False where
-    /// neither can be (live sources, containers that keep no times): the reader is of no further use then.
+    /// neither can be (live sources, pipes, containers that keep no times): the reader is of no further use then.
     bool seek(double seconds);
     /// From here on as if StreamReadOptions::left_out had them too.
     void leave_out(TrackRoles roles);
@@ -302,6 +307,10 @@ private:
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// Throws InputError naming `target`, what --out names, where a file is there that is no stream of ours: of none of its
+/// first pictures there is frame data. A few are decoded.
+void require_replaceable_stream(const std::string& target);
 
 // Both eyes in one picture, as ordinary players and displays take them: one definition for what is encoded, played and
 // viewed. Pictures are 8-bit RGB; a pure function.

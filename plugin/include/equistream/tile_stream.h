@@ -7,6 +7,7 @@
 #include <equistream/window.h>
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -25,8 +26,9 @@ struct TileRecording {
 };
 
 /// Decodes the first picture of each track; nothing where the file is a stream without tiles. Throws InputError naming
-/// the file where it is no stream, or its tiles are not the parts of one sphere.
-std::optional<TileRecording> open_tiles(const std::string& file);
+/// the file where it is no stream, or its tiles are not the parts of one sphere. Ends early, with less than all times,
+/// where `interrupted` says so, and throws InputError where too little was read by then.
+std::optional<TileRecording> open_tiles(const std::string& file, const std::function<bool()>& interrupted = {});
 
 /// What one viewer is sent, as Matroska. One object, one thread.
 class TileSender {

@@ -8,7 +8,7 @@ import pathlib
 import re
 
 from gathered import FRAME
-from steps import Failed, read_json, state_of, write_whole
+from steps import Refused, read_json, state_of, write_whole
 
 FORMAT = "equistream farm 1"
 LAST_FRAME = 999_999_999
@@ -23,13 +23,13 @@ def write_plan(folder, plan):
 def read_plan(folder):
     file = pathlib.Path(folder) / "plan.json"
     if not file.exists():
-        raise Failed(f"{file}: expected what equistream farm writes, found none")
+        raise Refused(f"{file}: expected what equistream farm writes, found none")
     plan = read_json(file)
     if not isinstance(plan, dict) or plan.get("format") != FORMAT:
-        raise Failed(f"{file}: expected {FORMAT}, found another format; plan it anew")
+        raise Refused(f"{file}: expected {FORMAT}, found another format; plan it anew")
     counts = [step[key] for step in plan.get("steps", []) if isinstance(step, dict) for key in ("first", "last", "tasks") if key in step]
     if not all(isinstance(number, int) and 0 <= number <= LAST_FRAME for number in counts):
-        raise Failed(f"{file}: expected frames and tasks from 0 to {LAST_FRAME}, found others; plan it anew")
+        raise Refused(f"{file}: expected frames and tasks from 0 to {LAST_FRAME}, found others; plan it anew")
     return plan
 
 

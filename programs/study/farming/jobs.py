@@ -17,7 +17,7 @@ import tempfile
 import time
 
 from options import Progress
-from steps import ENDS_WITH_PARENT, RESULTS, Failed
+from steps import ENDS_WITH_PARENT, RESULTS, USAGE, Failed, Refused
 
 COMMANDS = ("render", "encode", "play", "compare", "study")
 DROPPED = {"--progress": 1, "--json": 0}
@@ -63,18 +63,23 @@ def checked_lines(words):
     lines = split_at_dashes(words)
     for line in lines:
         if not line or line[0] not in COMMANDS or (line[0] == "study" and len(lines) > 1):
-            raise Failed(f"expected jobs of {', '.join(COMMANDS)} between --, a study alone, found '{shlex.join(line)}'")
+            raise Refused(f"expected jobs of {', '.join(COMMANDS)} between --, a study alone, found '{shlex.join(line)}'")
         for word in line:
             if line[0] == "render" and word.partition("=")[0] in REFUSED:
-                raise Failed(f"{word}: expected a render that goes on where it was, found an option that a farm's tasks cannot have")
+                raise Refused(f"{word}: expected a render that goes on where it was, found an option that a farm's tasks cannot have")
     return lines
 
 
+def program_of(options):
+    return options.bin.resolve() / "equistream"
+
+
 def asked_of(program, words):
-    """What the command prints as JSON. Failed with what it says itself."""
+    """What the command prints as JSON. Refused or Failed with what it says itself."""
     done = subprocess.run([*ENDS_WITH_PARENT, program, *words], capture_output=True, text=True)
     if done.returncode != 0:
-        raise Failed((done.stderr.strip().splitlines() or [f"equistream {shlex.join(words)}: exit {done.returncode}"])[-1])
+        said = (done.stderr.strip().splitlines() or [f"{shlex.join(words)}: exit {done.returncode}"])[-1].removeprefix("equistream ")
+        raise (Refused if done.returncode == USAGE else Failed)(said)
     return json.loads(done.stdout)
 
 
@@ -120,16 +125,16 @@ def divided(render, measured, options):
     count = render["last_frame"] - render["first_frame"] + 1
     if not render["independent"]:
         if options.parts or options.chunk:
-            raise Failed("expected frames that hang on no other for --chunk and --parts, found --accumulate or --patches, whose frames go on from the one before")
+            raise Refused("expected frames that hang on no other for --chunk and --parts, found --accumulate or --patches, whose frames go on from the one before")
         return count, 1
     parts = options.parts or 1
     if parts > 1 and options.chunk:
-        raise Failed("--chunk: expected no --parts beside it, whose tasks are parts of all frames, found both")
+        raise Refused("--chunk: expected no --parts beside it, whose tasks are parts of all frames, found both")
     if not options.parts and not options.chunk and render["in_parts"] and measured["frame_s"] > 60 * options.minutes:
         tiles = math.ceil(render["width"] / TILE_SIDE) * math.ceil(render["height"] / TILE_SIDE)
         parts = min(MOST_PARTS, tiles, math.ceil(count * measured["frame_s"] / (60 * options.minutes)))
     if parts > 1 and not render["in_parts"]:
-        raise Failed("--parts: expected a host that renders by tiles, and no --window, found pictures that are rendered whole")
+        raise Refused("--parts: expected a host that renders by tiles, and no --window, found pictures that are rendered whole")
     if parts > 1:
         return count, parts  # a part's folder belongs to one program at a time
     return min(count, options.chunk or max(1, int(60 * options.minutes / max(measured["frame_s"], 1e-3)))), 1
@@ -140,17 +145,27 @@ def asked_for(render):
     return [render[key] for key in ("width", "height", "spp", "threads", "first_frame", "last_frame")]
 
 
-def render_steps(name, line, options, program, after, measured_before):
-    """The render, what puts its frames together, and what was measured: where it was before, it stays, and so do the tasks."""
+def checked_render(line, program):
+    """What the render says of itself."""
     render = asked_of(program, [*without(line, DROPPED), "--dry-run", "--json"])
     if set_elsewhere := render.get("is_set"):
-        raise Failed(f"--settings: expected a render that goes on where it was, found {', '.join(set_elsewhere)}, which a farm's tasks cannot have")
+        raise Refused(f"--settings: expected a render that goes on where it was, found {', '.join(set_elsewhere)}, which a farm's tasks cannot have")
+    return render
+
+
+def checked_job(options):
+    """Pairs of a command line and, of a render, what it says of itself. Refused before anything is rendered."""
+    return [(line, checked_render(line, program_of(options)) if line[0] == "render" else None) for line in checked_lines(options.job)]
+
+
+def render_steps(name, line, render, options, after, measured_before):
+    """The render, what puts its frames together, and what was measured: where it was before, it stays, and so do the tasks."""
     if options.frame_seconds is not None:
         measured = {"frame_s": options.frame_seconds, "start_s": 0.0, "bytes": None}
     elif measured_before and measured_before.get("of") == asked_for(render):
         measured = measured_before
     else:
-        measured = {"of": asked_for(render)} | measured_frame(program, line, render, options.out.resolve(), Progress("farm", options.progress))
+        measured = {"of": asked_for(render)} | measured_frame(program_of(options), line, render, options.out.resolve(), Progress("farm", options.progress))
     chunk, parts = divided(render, measured, options)
     first, last = render["first_frame"], render["last_frame"]
     tasks = parts if parts > 1 else math.ceil((last - first + 1) / chunk)
@@ -170,21 +185,20 @@ def study_steps(line, options):
     from study import arguments as study_arguments
     for word in without(line[1:], DROPPED):
         if word.startswith("-") and word.partition("=")[0] not in STUDY_OPTIONS:
-            raise Failed(f"study: expected options of {', '.join(STUDY_OPTIONS)}, found {word}")
+            raise Refused(f"study: expected options of {', '.join(STUDY_OPTIONS)}, found {word}")
     study = study_arguments([*line[1:], "--bin", str(options.bin)])
     return plan.steps(study, options.measured or RESULTS, step)
 
 
-def plan_of(options, before):
-    """`before`: job, minutes and measured of the plan of this job that lies there, or nothing."""
+def plan_of(options, checked, before):
+    """`checked`: of checked_job(). `before`: job, minutes and measured of the plan of this job that lies there, or nothing."""
     measured_before = before["measured"] if before and before["minutes"] == options.minutes else {}
-    lines, program = checked_lines(options.job), options.bin.resolve() / "equistream"
     steps, measured, frames, names = [], {}, 0, set()
-    for number, line in enumerate(lines, start=1):
+    for number, (line, render) in enumerate(checked, start=1):
         name = line[0] if line[0] not in names else f"{line[0]}-{number}"
         names.add(name)
         if line[0] == "render":
-            made, measured[name], count = render_steps(name, line, options, program, [each["name"] for each in steps], measured_before.get(name))
+            made, measured[name], count = render_steps(name, line, render, options, [each["name"] for each in steps], measured_before.get(name))
             frames += count
         elif line[0] == "study":
             made = study_steps(line, options)

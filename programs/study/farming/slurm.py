@@ -11,6 +11,7 @@ set -e
 cd "$(dirname "$0")"
 mkdir -p logs
 command -v equistream > /dev/null || {{ echo 'submit.sh: expected equistream in PATH, found none' >&2; exit 1; }}
+command -v squeue > /dev/null && command -v sbatch > /dev/null || {{ echo 'submit.sh: expected Slurm (squeue and sbatch in PATH), found none' >&2; exit 1; }}
 touch submitted
 queued=$(squeue --me --noheader --format=%F)
 left=$(echo "$queued" | awk 'FILENAME == "submitted" {{ ours[$1]; next }} $1 in ours && !seen[$1]++ {{ print $1 }}' submitted -)

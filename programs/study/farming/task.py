@@ -13,13 +13,11 @@ from farming.folder import (DAMAGED, base_of, chunk_folder, chunk_folders, chunk
                             outs_of, read_done, read_plan, write_done)
 from gathered import gather, require_one_render, take_over
 from options import minutes_text
-from steps import ENDS_WITH_PARENT, Failed, write_whole
+from steps import ENDS_WITH_PARENT, USAGE, Failed, write_whole
 
 VIDEOS = ".mp4", ".mkv"
 """What plays write as one file."""
 
-USAGE = 2
-"""The exit status of a command that was given wrong words: trying again would not help."""
 FROM_THE_START = ("encode", "play", "compare")
 """Commands that would do all their work again; the others keep what is finished."""
 

@@ -73,6 +73,6 @@ def tried_file(fit, chosen, level=None, limit=None):
             raise Failed(f"--kb {limit / 1000:g}: the search had {taken(chosen):,.0f} bytes a frame, the settings file's own commands have {taken(tried):,.0f} at CRF {tried.crf}")
         tried = measured(fit.work, with_point(tried, crf=tried.crf + 1), fit.asked, fit.codec)
     other = f", coded {'finer' if tried.crf < chosen.crf else 'coarser'}: CRF {tried.crf} in place of {chosen.crf}" if tried.crf != chosen.crf else ""
-    fit.why.append(f"by this file's own commands, with {tried.trials} seeds that the search had not: {level_text(tried.point)} dB (the interval holds each of them) and "
+    fit.why.append(f"by this file's own commands, with {tried.trials} seeds that the search did not use: {level_text(tried.point)} dB (the interval holds each of them) and "
                    f"{taken(tried):,.0f} bytes a frame, where the search had {chosen.point.db:.2f} and {taken(chosen):,.0f}{other}")
     return tried

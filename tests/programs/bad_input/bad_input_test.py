@@ -77,6 +77,9 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run("rendr"), 2, "found 'rendr'; did you mean render?")
         self.assert_refused(run("render", self.scene, "--frame", "0-3", "--out", self.out), 2, "--frame: no such option; did you mean --frames?")
         self.assert_refused(run("scene", "generate", "pavilion", "--outt", self.out), 2, "--outt: no such option; did you mean --out?")
+        self.assert_refused(run("render", self.scene, "-o", self.out), 2, "-o: no such option; did you mean --out?")
+        self.assert_refused(run("scene", "inf", self.scene), 2, "equistream scene: expected generate, info, convert or placements, found 'inf'; did you mean info?")
+        self.assert_refused(run("scene", "generate", "pavillion", "--out", self.out), 2, "equistream scene: NAME: expected one of pavilion, ", "found 'pavillion'; did you mean pavilion?")
         self.assert_refused(run("render", self.scene, "--sise", "64x32", "--out", self.out), 2, "--sise")
         self.assert_refused(run("render", self.scene, "--host", "cycles", "--out", self.out), 2, "cycles", "embree")
 
@@ -87,14 +90,21 @@ class BadInput(unittest.TestCase):
             self.assertIn("--settings FILE", words, command)
             if command != "scene":  # whose own commands have it
                 self.assertRegex(words, "--json [Rr]eport as JSON on standard output", command)
-            if command not in ("scene", "info", "view", "doctor"):  # which have no steps
+            if command not in ("scene", "view", "doctor"):  # which have no steps
                 self.assertRegex(words, r"--progress \S+( \[auto\])? .*auto: [^;]*; json: [^;]*; none: nothing", command)
             self.assert_refused(run(command, "--settings", self.out / "none.ini"), 2, "none.ini")
+
+    def test_generated_scenes_are_reported_in_json(self):
+        made = json.loads(run("scene", "generate", "motion", "--out", self.out, "--json").stdout)
+        self.assertEqual((made["scene"], made["command"].split()[:3]), (f"{self.out}/motion.json", ["equistream", "scene", "generate"]))
+        self.assertEqual(made["triangles"], json.loads(run("scene", "info", self.out / "motion.json", "--json").stdout)["triangles"])
+        scenes = {scene["name"]: scene for scene in json.loads(run("scene", "generate", "--list", "--json").stdout)["scenes"]}
+        self.assertEqual([option["name"] for option in scenes["sphere"]["options"]][:2], ["radius", "n"])
 
     def test_progress_and_reports_in_json(self):
         frames, stream, model = self.root / "good", self.out / "a.mkv", self.out / "m.json"
         told = {"what", "done", "total", "note", "seconds", "seconds_left"}
-        for words in (["render", self.scene, "--frames", "0-1", *SMALL, "--out", self.out / "r"], ["encode", frames, "--out", stream],
+        for words in (["render", self.scene, "--frames", "0-1", *SMALL, "--out", self.out / "r"], ["encode", frames, "--out", stream], ["info", stream], ["info", frames, "--frames"],
                       ["play", frames, "--method", "rotation", "--size", "32x32", "--frames", "0", "--out", self.out / "eyes"],
                       ["compare", self.out / "eyes", self.out / "eyes", "--metrics", "psnr"],
                       ["import", frames / "centre", "--out", self.out / "i", "--frames", "0"], ["model", self.scene, "--out", model, "--rays", "10000", "--error-px", "8"]):
@@ -204,6 +214,7 @@ class BadInput(unittest.TestCase):
     def test_unwritable_folders(self):
         (self.out / "file").write_text("")
         for folder in (self.out / "file" / "x", "/proc/equistream"):
+            self.assert_refused(run("scene", "generate", "motion", "--out", folder), 2, folder)
             self.assert_refused(run("render", self.scene, "--frames", "0", *SMALL, "--out", folder), 2, folder)
             result = run("encode", self.root / "good", "--out", f"{folder}/a.mp4")
             self.assertIn(result.returncode, (1, 2))
@@ -465,6 +476,9 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run(*play, "--layout", "files", "--out", out), 2, f"--out {out}: expected --layout sbs or anaglyph")
         self.assert_refused(run(*play, "--format", "png", "--out", out), 2, f"--out {out}: expected --format mp4, or the name of a folder")
         self.assert_refused(run(*play, "--reliability", "--out", out), 2, "the name of a folder for --reliability")
+        for name in ("view.mov", "view.webm", "view.GIF", "view.png"):
+            self.assert_refused(run(*play, "--out", self.out / name), 2, f"--out {self.out / name}: expected a folder, or NAME.mp4 or NAME.mkv, found")
+            self.assertFalse((self.out / name).exists())
         (self.out / "folder.mp4").mkdir()
         self.assert_refused(run(*play, "--out", self.out / "folder.mp4"), 2, "expected the name of a video, found a folder of this name")
 
@@ -506,8 +520,10 @@ class BadInput(unittest.TestCase):
         before = {file: file.read_bytes() for file in render.rglob("*") if file.is_file()}
         frame = render / "centre/frame.0000.exr"
         self.assert_refused(run("compare", frame, render / "centre/frame.0001.exr", "--metrics", "psnr", "--out", frame), 2, f"--out {frame}: expected another place than what is read")
-        self.assert_refused(run("export", render / "centre", "--out", render / "centre", "--layout", "parts", "--overwrite"), 2, "expected another place than what is read")
+        self.assert_refused(run("export", render / "centre", "--out", render / "centre", "--layout", "parts", "--overwrite"), 2, "expected a place outside what is read")
+        self.assert_refused(run("export", render, "--out", render, "--layout", "parts"), 2, "expected a place outside what is read")
         self.assert_refused(run("import", render / "centre", "--out", render, "--overwrite"), 2, "expected another folder than what is imported lies in")
+        self.assert_refused(run("import", render / "centre", "--out", render / "centre"), 2, f"--out {render / 'centre'}: expected another place than what is read")
         self.assertEqual({file: file.read_bytes() for file in render.rglob("*") if file.is_file()}, before)
 
     def test_a_stream_that_is_closed_is_no_file_that_is_written(self):

@@ -80,15 +80,15 @@ class Models(Commands):
         self.refused(["model", self.description, *QUICK, "--out", self.scenes / "again.json"], "expected another place than what is read", "motion.glb")
         self.assertEqual(contents(self.scenes), before)
 
-    def test_paths_that_no_description_holds_are_refused_before_the_work(self):
-        """A description has 16 MiB, a path in a file of its own 64."""
-        (self.scenes / "walk.csv").write_text("".join(f"{i / 90!r},{i / 7!r},1.6,{i / 9!r},1,0,0,0\n" for i in range(150000)))
+    def test_a_path_too_long_for_boxes_all_along_it_is_told(self):
         description = json.loads(self.description.read_text())
-        description["camera"] = {"path": "walk.csv"}
-        description.pop("moving", None)
+        description["camera"] = {"keys": [{"time_s": 60 * i, "position_m": [0, 1.6, 200 * i]} for i in range(2)]}
+        description["head_box"] = {"lean_m": 0.1}
         self.description.write_text(json.dumps(description))
-        self.refused(["model", self.description, *QUICK, "--out", self.out / "m.json"], "paths whose keys a description of 16 MiB holds")
-        self.assertFalse((self.out / "m.json").exists())
+        path = json.loads(self.done("model", self.description, *QUICK, "--json", "--out", self.out / "m.json"))["path"]
+        self.assertLessEqual(path["centres"], 512)
+        self.assertGreaterEqual(path["centres"] * path["cell_m"], 200)
+        self.assertGreater(path["added_m"], 0.4 * path["cell_m"])
 
     def test_another_scene_is_not_replaced(self):
         self.done("scene", "generate", "orientation", "--out", self.scenes)
@@ -300,6 +300,15 @@ class Scores(Commands):
                      "report.json: expected another place than what is read")
         self.assertEqual(contents(self.out), before)
 
+    def test_scores_replace_earlier_scores_alone(self):
+        words, scene = ["compare", self.views, self.views, "--metrics", "psnr", "--out"], self.out / "scene.json"
+        for _ in range(2):
+            self.done(*words, self.out / "score.json")
+        shutil.copy(self.scene, scene)
+        before = contents(self.out)
+        self.refused([*words, scene], f"--out {scene}: expected a new name, or an earlier report of compare to replace, found another file; choose another name, or remove that file")
+        self.assertEqual(contents(self.out), before)
+
     def test_scores_that_cannot_be_written_are_told(self):
         picture = self.views / "left" / "frame.0000.png"
         words = ["compare", picture, picture, "--metrics", "psnr", "--out"]
@@ -336,6 +345,24 @@ class Options(Commands):
         for value in (0, 7):
             self.refused(["play", self.frames, *PLAY, "--frames", 0, "--carry", value, "--out", self.out / "views"],
                          "--carry: expected --refresh or --network beside it, found neither")
+
+    def test_pixels_are_square_by_default_and_where_they_are_not_that_is_told(self):
+        render = ["render", self.scene, "--dry-run", "--out", self.out / "frames"]
+        for spans, size in (("360,180", "1920x960"), ("180,180", "1920x1920"), ("360,90", "1920x480")):
+            made = run(*render, "--range", spans)
+            self.assertIn(f" of {size} pixels ", made.stdout)
+            self.assertEqual(made.stderr, "")
+        self.refused([*render, "--range", "20,170"], "--range: expected at most 4 times as high as wide, or --size as well", "16320 high")
+        self.done(*render, "--range", "20,170", "--size", "64x544")
+        for words, rows in ((["--range", "180,180", "--size", "128x64"], 128), (["--size", "64x33"], 32), (["--range", "180,90", "--size", "128x64"], None)):
+            told = run(*render, *words).stderr
+            self.assertEqual("are not square" in told, rows is not None, told)
+            self.assertIn(f"those of {rows} rows are\n" if rows else "", told)
+
+    def test_a_dry_run_leaves_what_is_there_alone(self):
+        before = contents(self.frames)
+        self.done("render", self.scene, "--frames", "0-5", "--size", "128x64", "--seed", 9, "--dry-run", "--out", self.frames)
+        self.assertEqual(contents(self.frames), before)
 
     def test_a_dry_run_knows_its_options(self):
         self.refused(["import", self.frames / "centre", "--dry-run", "--progress", "bogus"], "--progress", "bogus")

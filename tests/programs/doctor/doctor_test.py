@@ -65,6 +65,12 @@ class Doctor(unittest.TestCase):
         self.assertIn("to get it: ", lines[row + 2])
         self.assertIn("display", " ".join(lines[lines.index("") + 1:]))  # what is missing may take two lines
 
+    def test_the_table_is_as_wide_as_the_terminal(self):
+        lines = doctor(COLUMNS="60").stdout.splitlines()
+        self.assertGreater(len(lines), len(CHECKS))
+        for line in lines:  # a word may be longer
+            self.assertTrue(len(line) <= 60 or len(line.split()[-1]) > 40 - len("needed by: "), line)
+
     def test_hidden_things_are_missing_and_core_commands_need_none_of_them(self):
         with tempfile.TemporaryDirectory() as empty:
             found = self.found(DISPLAY=":77", EQUISTREAM_SCENES=empty, EQUISTREAM_OIDN=f"{empty}/none.so", XR_RUNTIME_JSON=f"{empty}/none.json",

@@ -6,10 +6,12 @@ usage: import_test.py BIN_DIR   (the folder of the built programs)
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
@@ -100,7 +102,7 @@ class Import(unittest.TestCase):
         for name in planes:
             hit = np.isfinite(a["depth.Z"])
             np.testing.assert_array_equal(hit, np.isfinite(b["depth.Z"]))
-            if name.split(".")[0] in ("backward", "forward"):
+            if name.split(".")[0].removeprefix("virtual_") in ("backward", "forward"):
                 np.testing.assert_allclose(b[name], a[name], atol=motion_tolerance, err_msg=name)
             elif name.startswith("normal"):
                 np.testing.assert_allclose(b[name], a[name], atol=3e-7, err_msg=name)
@@ -116,6 +118,7 @@ class Import(unittest.TestCase):
         np.testing.assert_allclose(rotation(s), rotation(q), atol=1e-6)
 
     COLOUR = ["R", "G", "B", "A"]
+    MIRRORS = ["specular", *(f"virtual_{name}" for name in ("depth.Z", "backward.u", "backward.v", "forward.u", "forward.v"))]
     GEOMETRY = ["depth.Z", "normal.X", "normal.Y", "normal.Z", "backward.u", "backward.v", "forward.u", "forward.v"]
 
     def cycles_channels(self, frame, planar=None):
@@ -151,12 +154,28 @@ class Import(unittest.TestCase):
         seam = max(np.abs(read_frame(f)["backward.u"] - unwrapped(read_frame(f)["backward.u"], WIDTH)).max() for f in self.sphere)
         self.assertGreater(seam, WIDTH / 2, "no motion crosses the seam: the test tests nothing there")
 
+    def test_the_guides_path_goes_with_its_command(self):
+        """A head in Blender's axes, upright, that looks along +Y: our -Z."""
+        page = (pathlib.Path(__file__).resolve().parents[3] / "docs/guide/import.md").read_text()
+        path = self.work / "head.csv"
+        path.write_text(textwrap.dedent(re.search(r"```csv\n(.*?)```", page, re.S)[1]))
+        fps = re.search(r"import blender/shot_####.exr --path head.csv --fps (\d+)", page)[1]
+        for number in (1001, 1002, 1003):
+            write(self.work / "blender" / f"shot_{number}.exr", self.cycles_channels(read_frame(self.sphere[0])))
+        made = run("import", self.work / "blender/shot_####.exr", "--path", path, "--fps", fps, "--out", self.work / "out")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        for number, x in ((1001, 0), (1003, 0.1)):
+            position, q = info_of(self.work / "out" / "centre" / f"frame.{number}.exr")
+            np.testing.assert_allclose(position, [x, 1.6, 4], atol=1e-3)
+            np.testing.assert_allclose(rotation(q), np.eye(3), atol=1e-5)
+
     def test_frames_of_our_own_say_where_they_were_seen_from(self):
         """What a compositor makes of them is as dark, and stands in the same places, as long as it keeps their attributes."""
         said, found = self.imported(self.root / "sphere" / "centre")
         self.assertIn("equistream:headPosition", said)
+        self.assertNotIn("left out", said)
         for original, file in zip(self.sphere, found):
-            self.assert_same(original, file, self.COLOUR + self.GEOMETRY + ["object_id"])
+            self.assert_same(original, file, self.COLOUR + self.GEOMETRY + self.MIRRORS + ["object_id"])
             self.assert_same_pose(original, file)
             ours, theirs = (OpenEXR.File(str(each), header_only=True).header() for each in (original, file))
             for name in ("exposure", "lock", "ipd", "headBoxRadius", "scene", "headPosition"):
@@ -455,10 +474,19 @@ class Import(unittest.TestCase):
             write(self.work / f"a.{i:04}.exr", {c: read_frame(self.sphere[i])[c] for c in "RGB"})
         said, found = self.imported(self.work)
         self.assertIn("missing and left out: frame 1", said)
-        self.assertNotIn("missing", run("import", self.work, "--frames", "2-9", "--dry-run").stdout)
+        self.assertEqual(said.splitlines()[-1], f"{self.work}/out/centre: imported 2, kept 0 frames")
+        tried = run("import", self.work, "--frames", "2-9", "--dry-run").stdout
+        self.assertNotIn("missing", tried)
+        self.assertEqual(tried.splitlines()[-1], "nothing is imported (--dry-run)")
         first = found[0].stat().st_mtime_ns
         write(self.work / "a.0001.exr", {c: read_frame(self.sphere[1])[c] for c in "RGB"})
-        self.imported(self.work)
+        said, _ = self.imported(self.work)
+        self.assertEqual(said.splitlines()[-1], f"{self.work}/out/centre: imported 1, kept 2 frames")
+        self.assertEqual(json.loads(run("import", self.work, "--json", "--out", self.work / "out").stdout)["written"],
+                         [{"folder": f"{self.work}/out/centre", "imported": 0, "kept": 3}])
+        told = run("info", self.work / "out").stdout
+        self.assertRegex(told, r"\n  rendered   imported.*; samples and seed not known\n")
+        self.assertIn("\n  rate       30 frames/s\n", told)
         self.assertEqual(found[0].stat().st_mtime_ns, first, "a finished frame was imported again")
         self.assertTrue(found[1].exists())
         other = run("import", self.work, "--exposure", 2, "--out", self.work / "out")
@@ -633,6 +661,16 @@ class Import(unittest.TestCase):
         self.assert_refused([late, "--fps", 0.001, *out], "time of frame 999999999", "1e+10")
         self.assert_refused([good, "--name", os.fsdecode(b"caf\xe9"), *out], "scene_name", "UTF-8")
         self.assertFalse((self.work / "untouched" / "centre").exists())
+
+    def test_notes_of_many_frames_are_counted(self):
+        frame = {name: plane[:16, :32] for name, plane in read_frame(self.sphere[0]).items()}
+        for i in range(23):
+            write(self.work / f"shot.{i:04}.exr", {c: frame[c] for c in "RGB"} | {"idx.I": frame["object_id"] + 0.25})
+        result = run("import", self.work / "shot.####.exr", "--channels", "object_id=idx.I", "--json", "--out", self.work / "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        notes = json.loads(result.stdout)["notes"]
+        self.assertEqual(sum("no whole number" in note for note in notes), 20)
+        self.assertEqual(notes[-1], "3 more notes like these")
 
     def test_hostile_files(self):
         good = self.work / "a.0000.exr"

@@ -120,8 +120,8 @@ class Divided(Farm):
         self.assertEqual(len(list((self.root / "frames/left").glob("*.exr"))), 1)
 
     def test_frames_of_other_settings_where_the_job_puts_its_own_are_told_by_the_first_task(self):
-        self.started(*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--out", "frames").check_returncode()
         self.farm("--chunk", 5, "--frame-seconds", 3, *self.render, "--out", "frames")
+        self.started(*RENDER[:2], "--frames", "0", *RENDER[4:], "--spp", "1", "--out", "frames").check_returncode()
         self.assertRegex(self.farm("task", "farm", "render", 1, status=1).stderr,
                          r"000005-000009/centre/manifest.json: expected the settings and the build of the renderer of .*frames/centre/manifest.json, found others")
 
@@ -202,7 +202,7 @@ class Divided(Farm):
         self.farm("--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames")
         self.assertEqual(self.plan()["steps"][0]["processors"], 1)
         (self.root / "own.ini").write_text("[render]\noverwrite = true\n")
-        refused = self.farm("--out", "other", "--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames", status=1).stderr
+        refused = self.farm("--out", "other", "--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames", status=2).stderr
         self.assertEqual(refused, "equistream farm: --settings: expected a render that goes on where it was, found overwrite, which a farm's tasks cannot have\n")
 
     def test_a_render_waits_for_what_is_before_it(self):
@@ -278,7 +278,7 @@ class Divided(Farm):
     def test_frames_that_hang_on_others_are_one_task(self):
         self.farm("--frame-seconds", 600, *self.render, "--accumulate", "4", "--out", "frames")
         self.assertEqual(self.plan()["steps"][0]["tasks"], 1)
-        refused = self.farm("--out", "other", "--chunk", 2, "--frame-seconds", 1, *self.render, "--accumulate", "4", "--out", "frames", status=1)
+        refused = self.farm("--out", "other", "--chunk", 2, "--frame-seconds", 1, *self.render, "--accumulate", "4", "--out", "frames", status=2)
         self.assertIn("expected frames that hang on no other for --chunk and --parts, found --accumulate", refused.stderr)
 
     def test_a_killed_program_goes_on(self):
@@ -305,7 +305,7 @@ class Divided(Farm):
                                 (("task", "nowhere", "render", "0"), "nowhere/plan.json: expected"), ((), "expected a job")):
             with self.subTest(" ".join(words)):
                 done = self.started("farm", *words)
-                self.assertIn(done.returncode, (1, 2))
+                self.assertEqual(done.returncode, 1 if words[:1] == ("task",) else 2)
                 self.assertIn(expected, done.stderr)
                 self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
 
@@ -320,13 +320,24 @@ class Divided(Farm):
             plan = json.loads(whole)
             plan["steps"][0][key] = bad
             file.write_text(json.dumps(plan))
-            self.assertRegex(self.farm("status", "farm", status=1).stderr, r"^equistream farm: farm/plan.json: expected frames and tasks from 0 to 999999999, found others; plan it anew\n$")
+            self.assertRegex(self.farm("status", "farm", status=2).stderr, r"^equistream farm: farm/plan.json: expected frames and tasks from 0 to 999999999, found others; plan it anew\n$")
         file.write_text('{"format": "equistream farm 1"}')
         self.assertRegex(self.farm("status", "farm", status=2).stderr, r"^equistream farm: farm/plan.json: expected what .* KeyError 'steps'; plan it anew\n$")
 
     def test_another_job_is_not_mixed_in(self):
         self.farm("--chunk", 4, "--frame-seconds", 3, *self.render, "--out", "frames")
-        self.assertIn("expected the farm of this job", self.farm("--frame-seconds", 3, *self.render, "--out", "others", status=1).stderr)
+        self.assertIn("expected the farm of this job", self.farm("--frame-seconds", 3, *self.render, "--out", "others", status=2).stderr)
+        self.assertIn("render: scene is required", self.farm("render", "--out", "others", status=2).stderr)
+
+    def test_a_machine_without_slurm_is_told_so(self):
+        self.farm("--frame-seconds", 3, *self.render, "--out", "frames")
+        tools = self.root / "tools"
+        tools.mkdir()
+        for tool in ("dirname", "mkdir"):
+            (tools / tool).symlink_to(shutil.which(tool))
+        (tools / "equistream").symlink_to(BIN / "equistream")
+        done = subprocess.run([shutil.which("sh"), self.root / "farm/submit.sh"], env={"PATH": str(tools)}, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (1, "submit.sh: expected Slurm (squeue and sbatch in PATH), found none\n"))
 
 
 class InSystems(Farm):

@@ -61,7 +61,7 @@ class Fit(unittest.TestCase):
         self.assertRegex(settings.read_text(), rf"^# equistream fit .* --db {WANTED_DB} --eye-size 160x90 .*, measured \d{{4}}-\d\d-\d\d\n")
 
         squares, wanted = [], (float(chosen[3]), int(chosen[1]), int(chosen[2]))
-        seeds = int(re.search(r"with (\d+) seeds that the search had not", said)[1])
+        seeds = int(re.search(r"with (\d+) seeds that the search did not use", said)[1])
         for seed in SEEDS[:seeds]:
             rendered, stream, eyes = self.root / f"frames-{seed}", self.root / f"mini-{seed}.mp4", self.root / f"eyes-{seed}"
             PROGRAMS.run("render", self.scene, "--settings", settings, "--frames", "30-31", "--seed", seed, "--out", rendered)

@@ -448,7 +448,7 @@ class Trial(unittest.TestCase):
     def test_the_figures_are_the_trials(self):
         chosen, why = self.tried(lambda crf: 25.1, 25)
         self.assertEqual((chosen.crf, chosen.point.db, chosen.point.bytes), (30, 25.1, 1000))
-        self.assertIn("with 3 seeds that the search had not: 25.10 [25.00, 25.40] dB", why[-1])
+        self.assertIn("with 3 seeds that the search did not use: 25.10 [25.00, 25.40] dB", why[-1])
         self.assertIn("and 1,000 bytes a frame, where the search had 25.20", why[-1])
 
     def test_a_file_that_falls_short_is_coded_finer(self):

@@ -16,6 +16,7 @@ import time
 import unittest
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SCENE = "pavilion"
 CHARTS = ("accuracy-time", "accuracy-bytes", "paper-quality", "paper-times", "paper-bytes", "parity", "parsimony", "stability", "latency")
 PATIENCE_S = 120
@@ -133,6 +134,12 @@ class Smoke(unittest.TestCase):
         self.assertEqual(len(warned), 1 if float(known[3]) > 0.3 else 0)
         print(f"{self.took_s:.0f} s")
 
+    def test_wrong_input_has_the_status_of_other_commands(self):
+        for words, said in ((("--scenes", "nope", "--out", self.root / "none"), "found 'nope'"), (("--out", REPOSITORY / "study-out"), "expected a folder outside the repository")):
+            refused = subprocess.run([BIN / "equistream", "study", *words], capture_output=True, text=True)
+            self.assertEqual((refused.returncode, said in refused.stderr.splitlines()[-1]), (2, True), refused.stderr)
+        self.assertFalse((REPOSITORY / "study-out").exists())
+
     def test_plans_a_farm(self):
         farm = self.out / "farm"
         plan = subprocess.run([BIN / "equistream", "farm", "--out", farm, "--measured", self.out, "study", "--preset", "smoke", "--out", self.out], capture_output=True, text=True)
@@ -143,7 +150,7 @@ class Smoke(unittest.TestCase):
         self.assertIn(f"--array=0-{last}", (farm / "submit.sh").read_text())
         self.assertEqual([step["name"] for step in template["steps"]], ["render", "measure", "generated", "draw"])
         refused = self.study("--job", last + 1)
-        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1))
+        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (2, 1))
         self.assertIn(f"--job: expected 0 to {last}", refused.stderr)
         done = self.study("--job", 0)
         self.assertEqual(done.returncode, 0, done.stderr)

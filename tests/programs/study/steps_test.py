@@ -3,6 +3,7 @@
 
 import contextlib
 import errno
+import io
 import json
 import os
 import pathlib
@@ -16,7 +17,7 @@ import unittest
 from unittest import mock
 
 from gathered import linked
-from steps import Failed, Steps, scene_files, write_whole
+from steps import Failed, Refused, Steps, run_as_program, scene_files, write_whole
 
 PATIENCE_S = 20
 PROGRAM = '#!/bin/sh\ncp "$2" "$4" && echo run >> runs\n'
@@ -33,6 +34,17 @@ def folder_with_program(test, text):
     program.write_text(text)
     program.chmod(0o755)
     return work, program
+
+
+class Ends(unittest.TestCase):
+    def ended(self, error):
+        with contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
+            run_as_program(mock.Mock(side_effect=error), "equistream study")
+        return ended.exception.code, said.getvalue()
+
+    def test_wrong_input_and_failed_work_have_the_statuses_of_other_commands(self):
+        self.assertEqual(self.ended(Refused("no such scene")), (2, "equistream study: no such scene\n"))
+        self.assertEqual(self.ended(Failed("no room")), ("equistream study: no room", ""))  # which Python prints, and ends with 1
 
 
 class SkippedSteps(unittest.TestCase):

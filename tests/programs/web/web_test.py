@@ -211,6 +211,25 @@ class Streams(Web):
         self.assertIn("--codec h264", self.problem_of("src=h265.mkv"))
         self.assertIn("another host", self.problem_of("src=https://example.com/a.mkv"))
 
+    def test_a_recording_that_is_too_large_for_the_browser_is_refused(self):
+        with (self.root / "large.mkv").open("wb") as file:
+            file.truncate(3_000_000_000)
+        self.assertRegex(self.problem_of("src=large.mkv"), r"large\.mkv: expected a recording of at most 2 GB, .* found 3\.0 GB$")
+        self.browser.evaluate("equistream.openFile({name: 'dropped.mkv', size: 1e10})")
+        self.assertRegex(self.said(), r"^dropped\.mkv: expected a recording of at most 2 GB, .* found 10\.0 GB$")
+        # A server need not say how long its answer is.
+        unsaid = self.browser.evaluate("""(() => {
+            const {recording} = equistream.open("unsaid.mkv", false);
+            recording.bytes = 2e9;
+            try {
+                recording.add({role: "main", bytes: new Uint8Array(1)});
+            } catch (error) {
+                return error.message;
+            }
+        })()""")
+        self.assertRegex(unsaid, "expected a recording of at most 2 GB, .* found more$")
+        self.assertEqual(self.browser.console, [])
+
     def test_depth_that_browsers_do_not_decode_is_left_out(self):
         self.open_stream(self.encode("w12.mkv", "--depth", "w12"))
         self.browser.wait_for("document.getElementById('note').textContent.includes('encode --depth pece420')")
@@ -488,9 +507,10 @@ class Streams(Web):
 
     def test_samples_without_bytes_are_refused(self):
         damaged = bytearray(self.encode("pece420.mp4", "--depth", "pece420", "--depth-scale", 1).read_bytes())
-        run = damaged.index(b"trun") + 4
-        flags, = struct.unpack_from(">I", damaged, run)
-        self.assertTrue(flags & 0x200)
+        run = flags = 0
+        while not flags & 0x200:  # a first sample's size is the usual one
+            run = damaged.index(b"trun", run) + 4
+            flags, = struct.unpack_from(">I", damaged, run)
         at = run + 8 + 4 * bool(flags & 1) + 4 * bool(flags & 4) + 4 * bool(flags & 0x100)
         struct.pack_into(">I", damaged, at, 0)
         (self.root / "empty.mp4").write_bytes(damaged)

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <random>
@@ -96,6 +97,39 @@ TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
     pairs.pairs[0].gaps = make_png("gaps.png", 255);
     const auto with_gaps = comparison_json({compare_eye(pairs, {})}, {});
     EXPECT_NEAR(with_gaps["eyes"]["view"]["gaps"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+}
+
+/// All at once they would take more memory than there is.
+TEST_F(Comparison, LargePairsAreWorkedOnOneAfterTheOther) {
+    EyePairs pairs = pair_of(make_png("a.png", 10), make_png("t.png", 15));
+    pairs.pairs.assign(8, PicturePair(pairs.pairs.front()));
+    pairs.pairs[4].picture = root_ / "none.png";  // where a second thread would begin
+    ComparisonOptions options;
+    options.bytes_at_once = 1;
+    std::atomic<int> done = 0;
+    EXPECT_THROW(compare_eye(pairs, options, [&] { ++done; }), InputError);
+    EXPECT_EQ(done.load(), 4) << "those before it, and no other";
+}
+
+TEST_F(Comparison, FramesAreAddedInTheirOrderHoweverManyAreWorkedOn) {
+    EyePairs pairs{"view", {}};
+    for (unsigned frame = 0; frame < 12; ++frame) {
+        const std::string name = std::to_string(frame) + ".exr";
+        pairs.pairs.push_back(
+            {frame, make_noisy("a" + name, 1, 64, frame), make_noisy("t" + name, 2, 64, 99 - frame), {}, {}, {}});
+    }
+    for (const std::int64_t bytes_at_once : {std::int64_t{1}, ComparisonOptions().bytes_at_once}) {
+        ComparisonOptions options;
+        options.bytes_at_once = bytes_at_once;
+        const EyeScore score = compare_eye(pairs, options);
+        ASSERT_EQ(score.frames.size(), pairs.pairs.size());
+        double sum = 0;  // whose last bits depend on the order
+        for (std::size_t i = 0; i < score.frames.size(); ++i) {
+            EXPECT_EQ(score.frames[i].frame, pairs.pairs[i].frame);
+            sum += score.frames[i].similarity.all.sum;
+        }
+        EXPECT_EQ(score.pooled.similarity.all.sum, sum);
+    }
 }
 
 TEST_F(Comparison, RunsThatShareTheirNoiseHaveNoNoiseFreeError) {
@@ -233,6 +267,25 @@ TEST_F(Comparison, DifferencePicturesAreAmplified) {
     compare_eye(pairs, options);
     const ByteImage difference = read_picture(root_ / "difference/left/frame.0003.png");
     EXPECT_EQ(difference.pixel(0, 0)[0], 5 * difference_gain);
+}
+
+TEST_F(Comparison, DifferencePicturesReplaceEarlierOnesAlone) {
+    fs::create_directories(root_ / "views/left");
+    const fs::path view = make_png("views/left/frame.0003.png", 7);
+    EyePairs pairs = pair_of(make_png("a.png", 10), make_png("t.png", 15));
+    pairs.eye = "left";
+    pairs.pairs[0].frame = 3;
+    ComparisonOptions options;
+    for (int i = 0; i < 2; ++i) {
+        options.difference_folder = root_ / "difference";
+        EXPECT_EQ(error_of(pairs, options), "");
+    }
+    options.difference_folder = root_ / "views";
+    EXPECT_EQ(error_of(pairs, options),
+              "--difference " + (root_ / "views").string() +
+                  ": expected a new folder, or one with differences.json, which says that "
+                  "its pictures are differences, found a folder without it; remove it or choose another name");
+    EXPECT_EQ(read_picture(view).pixel(0, 0)[0], 7);
 }
 
 TEST_F(Comparison, DifferencePicturesTakeNoComparedOnesPlaces) {

@@ -295,6 +295,19 @@ TEST_F(RayColourTest, AWideRaySeesTheMean) {
     EXPECT_NEAR(hit.base_colour.r, 0.5f * srgb_to_linear(126.0f / 255), 0.01);
 }
 
+/// The wall's 64 texels lie 1/16 m apart: across two of them a ray sees their mean, across less than one a point.
+TEST_F(RayColourTest, ARayIsAsWideOnTheTextureAsOnTheWall) {
+    RayColour geometry(scene);
+    const float distance_m = glm::length(glm::vec3(0.5f, -1, -3)), cosine = 3 / distance_m;
+    const auto red = [&](float texels_wide) {
+        const float width_m = texels_wide / 16 * std::sqrt(cosine);
+        return cast(geometry, {0.5f, -1, -3}, width_m / distance_m).base_colour.r;
+    };
+    EXPECT_EQ(red(0.9f), red(0));
+    EXPECT_NE(red(2), red(0));
+    EXPECT_NEAR(red(2), red(0), 2e-3) << "the ramp's mean about that point is nearly its colour there";
+}
+
 TEST_F(RayColourTest, LampsAndMirrorsAreNotMatte) {
     RayColour geometry(scene);
     EXPECT_FALSE(cast(geometry, {-1, 1, -2.5}).matte);

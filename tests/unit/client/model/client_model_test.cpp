@@ -1,5 +1,6 @@
 #include <client/model/client_model.h>
 #include <client/model/model_draft.h>
+#include <client/model/ray_checks.h>
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <scenes/embree/bvh.h>
@@ -11,8 +12,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <random>
 #include <utility>
 
@@ -231,6 +234,131 @@ TEST(HeadBoxes, AllowWhatTheNearestPointMay) {
     EXPECT_NEAR(boxes.allowed_m(on_edge, 5, error_rad),
                 allowed_displacement_m(5, 0.25 * box_m / 5.05, box_m, error_rad), 2e-2 * error_rad);
     EXPECT_EQ(boxes.allowed_m(ahead, box_m, error_rad), 0);
+}
+
+constexpr int keys_of_a_lap = 48;
+
+/// Around a circle of 3 m.
+PosePath laps(int count) {
+    std::vector<PosePath::Key> keys;
+    for (int i = 0; i <= keys_of_a_lap * count; ++i) {
+        const double angle = 2 * pi * i / keys_of_a_lap;
+        const glm::dvec3 at{3 * std::cos(angle), 1.6, 3 * std::sin(angle)};
+        keys.push_back(PosePath::Key{double(i), {at, {1, 0, 0, 0}}});
+    }
+    return PosePath(std::move(keys), "test");
+}
+
+/// From any point of one lap to its nearest centre, at most.
+double furthest_from_centres(const HeadBoxes& boxes, const PosePath& path) {
+    double furthest = 0;
+    for (int i = 0; i < 10 * keys_of_a_lap; ++i) {
+        const glm::dvec3 point = path.at(0.1 * i).position_m;
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const glm::dvec3& centre : boxes.centres())
+            nearest = std::min(nearest, glm::distance(centre, point));
+        furthest = std::max(furthest, nearest);
+    }
+    return furthest;
+}
+
+TEST(HeadBoxes, EyesOfALongWalkAreOnIt) {
+    const HeadBoxes boxes(laps(191), 0.13);
+    Random random(3);
+    std::array<int, 4> in_quadrant{};
+    for (int i = 0; i < 4000; ++i) {
+        const glm::dvec3 centre = boxes.random_centre(random);
+        EXPECT_NEAR(std::hypot(centre.x, centre.z), 3, 0.01) << "between keys 6 mm within the circle";
+        ++in_quadrant[std::size_t((centre.x > 0) + 2 * (centre.z > 0))];
+    }
+    for (const int count : in_quadrant)
+        EXPECT_NEAR(count, 1000, 150) << "five standard deviations";
+}
+
+TEST(HeadBoxes, APlaceThatALongWalkVisitsOnceHasItsShareOfEyes) {
+    const PosePath walk = laps(191);
+    std::vector<PosePath::Key> keys(walk.keys().begin(), walk.keys().end());
+    keys.push_back(PosePath::Key{keys.back().time_s + 1, {{12, 1.6, 0}, {1, 0, 0, 0}}});
+    const HeadBoxes boxes(PosePath(std::move(keys), "test"), 0.13);
+    Random random(3);
+    int beyond = 0;
+    for (int i = 0; i < 4000; ++i)
+        beyond += boxes.random_centre(random).x > 3.1;
+    EXPECT_GT(beyond, 200) << "10 by its length alone";
+}
+
+TEST(HeadBoxes, LapsOfALongWalkCountOnce) {
+    constexpr double radius_m = 0.13;
+    const PosePath path = laps(191);
+    const HeadBoxes one(laps(1), radius_m), all(path, radius_m);
+    EXPECT_EQ(one.cell_m(), 0);
+    EXPECT_EQ(all.cell_m(), radius_m);
+    EXPECT_LT(all.centres().size(), 2 * one.centres().size());
+    EXPECT_EQ(all.added_m(), 0);
+    EXPECT_LT(furthest_from_centres(all, path), radius_m);
+}
+
+TEST(HeadBoxes, BallsAroundFewerCentresHoldAllHeadBoxes) {
+    constexpr double radius_m = 0.13;
+    const PosePath path = laps(20);
+    const HeadBoxes fine(path, radius_m), coarse(path, radius_m, 40);
+    EXPECT_LE(coarse.centres().size(), 40u);
+    EXPECT_GT(coarse.cell_m(), radius_m);
+    EXPECT_EQ(coarse.radius_m(), radius_m);
+    EXPECT_LE(furthest_from_centres(coarse, path), coarse.added_m());
+    EXPECT_LT(coarse.added_m(), 0.5 * std::sqrt(3.0) * coarse.cell_m() + 0.2 * radius_m);
+    for (const glm::dvec3& point : coarse.points_on_path())
+        EXPECT_NEAR(std::hypot(point.x, point.z), 3, 0.01);
+    const TriangleCorners ahead{{-1, 0, -9}, {1, 0, -9}, {0, 2, -9}};
+    EXPECT_LT(coarse.allowed_m(ahead, coarse.distance_m(ahead), error_rad),
+              fine.allowed_m(ahead, fine.distance_m(ahead), error_rad));
+}
+
+/// The middles of the four cells lie within the pillar that the walk goes around.
+TEST(VisibleTriangles, AreSeenFromThePathWhereCellsAreCoarse) {
+    SceneModel model;
+    model.materials.resize(1);
+    const glm::vec3 x(4.2f, 0, 0), y(0, 4.2f, 0), z(0, 0, 4.2f);
+    const glm::vec3 corner(-2.1f, -0.5f, -2.1f);
+    add(model, grid("bottom", 1, corner + glm::vec3(0, 0.1f, 0), x, z));
+    add(model, grid("top", 1, corner + glm::vec3(0, 4.1f, 0), x, z));
+    add(model, grid("left", 1, corner + glm::vec3(0.1f, 0, 0), y, z));
+    add(model, grid("right", 1, corner + glm::vec3(4.1f, 0, 0), y, z));
+    add(model, grid("back", 1, corner + glm::vec3(0, 0, 0.1f), x, y));
+    add(model, grid("front", 1, corner + glm::vec3(0, 0, 4.1f), x, y));
+    add(model, ball({0, 1.6f, 0}, 0.5f, 8));
+    const HeadBoxes boxes(laps(20), 0.13, 8);
+    EXPECT_EQ(boxes.centres().size(), 4u);
+    for (const glm::dvec3& centre : boxes.centres())
+        EXPECT_LT(std::max(std::abs(centre.x), std::abs(centre.z)), 1.9) << "within the pillar";
+    const SeenTriangles seen = find_seen(model, Bvh(model), boxes, 1 << 14, 1);
+    EXPECT_EQ(std::ranges::count(seen.back(), 1), 0) << "the ball in it";
+    for (std::size_t side = 2; side < 6; ++side)
+        EXPECT_EQ(std::ranges::count(seen[side], 1), 2);
+}
+
+/// The walk begins and ends before a wall; only from beyond it can the column be seen.
+TEST(ClientModels, KeepWhatTheMiddleOfALongWalkSees) {
+    SceneModel model;
+    model.materials.resize(1);
+    add(model, grid("floor", 2, {-8, 0, -8}, {16, 0, 0}, {0, 0, 16}));
+    add(model, grid("wall", 1, {0, 0, -2.5f}, {0, 0, 5}, {0, 4, 0}));
+    for (int i = 0; i < 8; ++i)
+        add(model, grid("column", 1, {-1.5f, 0.5f + 0.2f * float(i), -0.2f}, {0, 0, 0.4f}, {0, 0.15f, 0}));
+    SceneDescription scene;
+    scene.camera_path = laps(191);
+    scene.head_radius_m = 0.1;
+    const ClientModel built = build_client_model(model, scene,
+                                                 {.error_rad = error_rad,
+                                                  .silhouette_rad = error_rad / default_budget_share,
+                                                  .visibility_rays = 1 << 17,
+                                                  .check_rays = 1 << 15});
+    EXPECT_TRUE(built.figures.holds);
+    std::int64_t of_column = 0;
+    for (const Mesh& mesh : built.model.meshes)
+        of_column +=
+            std::ranges::count_if(mesh.triangles, [&](const glm::uvec3& t) { return mesh.positions[t.x].x == -1.5f; });
+    EXPECT_EQ(of_column, 16);
 }
 
 /// What touches what is seen is kept with it, and movers whole, whichever of the objects is the scene's first.

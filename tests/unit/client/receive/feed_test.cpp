@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <utility>
+#include <variant>
 
 namespace equistream::test {
 namespace {
@@ -124,6 +126,74 @@ TEST_F(Feeds, AFrameOfAnotherRenderIsNamed) {
     } catch (const InputError& error) {
         EXPECT_EQ(error.what(), (folder / "small" / "frame.0001.exr").string() +
                                     ": expected spp 0 as in the frames before it, found 7");
+    }
+}
+
+/// Layers fill gaps with their colours. Of another eye beside main's depth alone is used.
+TEST_F(Feeds, ALayerOfAnotherRenderIsNamed) {
+    const auto refusal = [&](const std::string& view, const std::function<void(FrameInfo&)>& change) {
+        write_frame("centre", 0, 32, 16, 0.1f);
+        FrameInfo other = info(0, 32, 16);
+        change(other);
+        write_frame(view, other, 0.1f);
+        std::string found;
+        try {
+            open_feed(folder.string(), {.depth = true})->next();
+        } catch (const InputError& error) {
+            found = error.what();
+        }
+        fs::remove_all(folder / view);
+        return found;
+    };
+    const auto expected = [&](const char* view, const std::string& what) {
+        return (folder / view).string() + ", frame 0: expected the " + what + " of " + (folder / "centre").string() +
+               ", found another one; render both with one command, or remove that folder";
+    };
+    const auto same = [](FrameInfo&) {};
+    const auto other_scene = [](FrameInfo& info) { info.scene = "another"; };
+    const auto other_path = [](FrameInfo& info) { info.head.position_m.y += 0.01; };
+    const auto turned = [](FrameInfo& info) { info.head.orientation = glm::dquat(0.8, 0, 0.6, 0); };
+    const auto other_seed = [](FrameInfo& info) { info.seed += 1; };
+    const auto other_eye = [](FrameInfo& info) { info.eye = Eye::right; };
+    for (const char* view : {"hidden", "patches", "small", "window"}) {
+        EXPECT_EQ(refusal(view, same), "");
+        EXPECT_EQ(refusal(view, other_scene), expected(view, "scene"));
+        EXPECT_EQ(refusal(view, other_path), expected(view, "head position"));
+        EXPECT_EQ(refusal(view, turned), expected(view, "head orientation"));
+        EXPECT_EQ(refusal(view, other_seed), expected(view, "seed"));
+    }
+    EXPECT_EQ(refusal("hidden", other_eye), expected("hidden", "eye"));
+    EXPECT_EQ(refusal("patches", other_eye), expected("patches", "eye"));
+    EXPECT_EQ(refusal("small", other_eye), "");
+    EXPECT_EQ(refusal("left", other_scene), expected("left", "scene"));
+    EXPECT_EQ(refusal("left", other_path), "");
+    EXPECT_EQ(refusal("left", other_seed), "");
+}
+
+/// Of omnidirectional stereo the other eye's colours are shown.
+TEST_F(Feeds, ARightEyeOfAnotherRenderIsNamed) {
+    const auto write = [&](Eye eye, const std::function<void(FrameInfo&)>& change) {
+        FrameInfo of_eye = info(0, 32, 16);
+        of_eye.eye = eye;
+        std::get<EquirectCamera>(of_eye.camera).ods_side_m = ods_side_m(eye, of_eye.ipd_m);
+        change(of_eye);
+        write_frame(eye == Eye::left ? "left" : "right", of_eye, 0.1f);
+    };
+    const auto same = [](FrameInfo&) {};
+    write(Eye::left, same);
+    write(Eye::right, same);
+    EXPECT_TRUE(open_feed(folder.string())->next()->right);
+    for (const auto& [change, what] : {std::pair<std::function<void(FrameInfo&)>, std::string>(
+                                           [](FrameInfo& other) { other.exposure = 3; }, "exposure"),
+                                       {[](FrameInfo& other) { other.head.position_m.y += 0.01; }, "head position"}}) {
+        write(Eye::right, change);
+        try {
+            open_feed(folder.string())->next();
+            ADD_FAILURE() << "another " << what << " was taken";
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("expected the " + what + " of "), std::string::npos)
+                << error.what();
+        }
     }
 }
 

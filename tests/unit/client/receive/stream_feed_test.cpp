@@ -8,9 +8,12 @@
 #include <gtest/gtest.h>
 
 #include <client/receive/decoded_pictures.h>
+#include <client/receive/feeds.h>
+#include <client/receive/foreign_numbers.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -162,6 +165,99 @@ TEST_F(StreamFeeds, JumpsInForeignVideoCountOn) {
         }
         EXPECT_FALSE(feed->next());
         EXPECT_EQ(feed->truncation(), "");
+    }
+}
+
+TEST(ForeignNumbers, CountFramesHoweverTheirTimesAreRounded) {
+    ForeignNumbers numbers;
+    for (std::int64_t i = 0; i < 1000; ++i) {
+        const auto [number, time_s] = numbers.next(1e-3 * std::round(1e3 * double(i) / 60), 60);
+        ASSERT_EQ(number, i);
+        ASSERT_EQ(time_s, double(i) / 60);
+    }
+    EXPECT_EQ(numbers.next({}, 60).first, 1000);
+}
+
+/// The rate that a container says may be no more than a mean.
+TEST(ForeignNumbers, TimesAreTheContainersWhateverTheRate) {
+    for (const double frames_per_second : {60.0, 6.5}) {
+        ForeignNumbers numbers;
+        std::int64_t before = -1;
+        for (int i = 0; i < 70; ++i) {
+            const double shown_s = i < 60 ? i / 60.0 : i - 59.0;
+            const auto [number, time_s] = numbers.next(shown_s, frames_per_second);
+            ASSERT_GT(number, before);
+            ASSERT_NEAR(time_s, shown_s, container_rounding_s);
+            before = number;
+        }
+        numbers.jump(0.5);
+        EXPECT_TRUE(numbers.is_before_jump(29 / 60.0, frames_per_second));
+        EXPECT_FALSE(numbers.is_before_jump(0.499, frames_per_second)) << "rounded";
+        EXPECT_NEAR(numbers.next(0.5, frames_per_second).second, 0.5, container_rounding_s);
+    }
+}
+
+TEST_F(StreamFeeds, ForeignVideoOfVariableFrameRateKeepsItsPace) {
+    const std::vector<std::int64_t> shown = {0, 1, 2, 3, 4, 5, 65, 125, 185};
+    const auto grey = [&](std::size_t i) { return std::uint8_t(40 + 20 * i); };
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.frames_per_second = 60;
+    settings.tagged = false;
+    settings.tracks = {{TrackRole::main, 128, 64}};
+    const fs::path file = folder_ / "variable.mkv";
+    StreamWriter writer(file.string(), settings);
+    for (std::size_t i = 0; i < shown.size(); ++i)
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, grey(i)).view(), info(shown[i], 128, 64));
+    writer.finish();
+    const auto feed = open_feed(file.string());
+    const auto expect_from = [&](std::size_t first) {
+        for (std::size_t i = first; i < shown.size(); ++i) {
+            const auto frame = feed->next();
+            ASSERT_TRUE(frame) << i;
+            EXPECT_EQ(frame->main.info.index, shown[i]);
+            EXPECT_NEAR(frame->main.info.time_s, double(shown[i]) / 60, 1e-6);
+            EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], grey(i), 4);
+        }
+        EXPECT_FALSE(feed->next());
+    };
+    expect_from(0);
+    for (const auto& [wanted, first] : {std::pair{65, 6}, {66, 7}, {3, 3}, {185, 8}}) {
+        SCOPED_TRACE(wanted);
+        ASSERT_TRUE(feed->seek(wanted));
+        expect_from(std::size_t(first));
+    }
+}
+
+/// Tracks lie side by side, and a few frames are held however little may be.
+TEST_F(StreamFeeds, DepthComesWithEveryFrameOfALongGroup) {
+    constexpr std::int64_t group = 90, frames = 2 * group;
+    for (const char* name : {"long.mp4", "long.mkv"}) {
+        const fs::path file = folder_ / name;
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.gop = int(group);
+        settings.frames_per_second = 90;
+        settings.pictures = std::uint32_t(frames);
+        settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::depth, 128, 64, DepthCodeId::w10}};
+        StreamWriter writer(file.string(), settings);
+        for (std::int64_t index = 0; index < frames; ++index) {
+            FrameInfo with_code = info(index, 128, 64);
+            with_code.frames_per_second = 90;
+            with_code.time_s = double(index) / 90;
+            writer.write(TrackRole::main, ByteImage(128, 64, 3, 99).view(), with_code);
+            with_code.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
+            writer.write_depth(TrackRole::depth, FloatImage(128, 64, 1, 2.0f).view(), with_code);
+        }
+        writer.finish();
+        for (const std::size_t max_held_bytes : {std::size_t{512} << 20, std::size_t{1}}) {
+            SCOPED_TRACE(std::string(name) + ", " + std::to_string(max_held_bytes) + " bytes");
+            const auto feed = open_stream_feed(file.string(), {.depth = true}, max_held_bytes);
+            std::int64_t with_depth = 0;
+            while (const auto frame = feed->next())
+                with_depth += !frame->main.depth_m.empty();
+            EXPECT_EQ(with_depth, frames);
+        }
     }
 }
 

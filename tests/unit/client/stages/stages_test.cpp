@@ -90,7 +90,8 @@ TEST(Stages, UnknownNamesAreAnsweredByTheAcceptedOnes) {
 }
 
 TEST(Stages, HelpListsEachOnce) {
-    EXPECT_TRUE(described(depth_stages()).starts_with("ray (cast from the scene), gl (")) << described(depth_stages());
+    EXPECT_TRUE(described(depth_stages()).starts_with("\nray           cast from the scene\ngl            drawn"))
+        << described(depth_stages());
     EXPECT_EQ(described(depth_stages(), true), "") << "the viewer draws its depth itself";
 }
 

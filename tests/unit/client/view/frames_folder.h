@@ -9,8 +9,11 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <numeric>
 #include <thread>
+#include <vector>
 
 namespace equistream::test {
 
@@ -26,18 +29,28 @@ protected:
     std::filesystem::path folder =
         std::filesystem::temp_directory_path() / ("equistream_loader_" + std::to_string(::getpid()));
 
-    void SetUp() override {
+    void SetUp() override { write_frames(range(0, frame_count - 1), 30); }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    /// In place of what is there.
+    void write_frames(const std::vector<std::int64_t>& numbers, double frames_per_second) const {
+        std::filesystem::remove_all(folder);
         std::filesystem::create_directories(folder / "centre");
-        for (int index = 0; index < frame_count; ++index) {
+        for (const std::int64_t number : numbers) {
             Frame frame;
-            frame.info.index = index;
-            frame.info.time_s = index * interval_s;
+            frame.info.index = number;
+            frame.info.frames_per_second = frames_per_second;
+            frame.info.time_s = double(number) / frames_per_second;
             frame.info.camera = EquirectCamera{32, 16, {}};
             frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
-            write_exr(folder / "centre" / frame_file_name(index), frame);
+            write_exr(folder / "centre" / frame_file_name(number), frame);
         }
     }
-    void TearDown() override { std::filesystem::remove_all(folder); }
+    static std::vector<std::int64_t> range(std::int64_t first, std::int64_t last) {
+        std::vector<std::int64_t> all(std::size_t(last - first + 1));
+        std::iota(all.begin(), all.end(), first);
+        return all;
+    }
 };
 
 /// The next frame, whenever the reading thread brings it; null at the end.

@@ -2,19 +2,23 @@
 #include "frames_folder.h"
 #include "paced_server.h"
 
+#include <tests/unit/pipe_writer.h>
+
 #include <client/playback/playback.h>
 
 #include <equistream/error.h>
 #include <equistream/stream.h>
+
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <fstream>
 #include <functional>
-#include <numeric>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace equistream::test {
@@ -53,24 +57,11 @@ protected:
                 frames.push_back(refresh.shown);
         return frames;
     }
-    /// In place of what is there.
-    void write_frames_of_two_seconds(int count) const {
-        std::filesystem::remove_all(folder);
-        std::filesystem::create_directories(folder / "centre");
-        for (int index = 0; index < count; ++index) {
-            Frame frame;
-            frame.info.index = index;
-            frame.info.frames_per_second = 0.5;
-            frame.info.time_s = 2 * index;
-            frame.info.camera = EquirectCamera{32, 16, {}};
-            frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
-            write_exr(folder / "centre" / frame_file_name(index), frame);
-        }
-    }
-    static std::vector<std::int64_t> range(std::int64_t first, std::int64_t last) {
-        std::vector<std::int64_t> all(std::size_t(last - first + 1));
-        std::iota(all.begin(), all.end(), first);
-        return all;
+    void write_frames_of_two_seconds(int count) const { write_frames(range(0, count - 1), 0.5); }
+    /// What a jump or a step leads to.
+    std::int64_t arrive(Playback& playback) {
+        watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+        return shown_;
     }
 
     double now_s_ = 3;
@@ -234,6 +225,77 @@ TEST_F(RecordedPlayback, JumpsToTheFirstFrameThatIsNotBeforeATime) {
         watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
         EXPECT_EQ(shown_, expected) << sought;
     }
+}
+
+/// Frames of a live scene are numbered by its own rate, of which it renders few.
+TEST_F(RecordedPlayback, BackLeadsToTheFrameBeforeWhereNumbersAreMissing) {
+    write_frames({0, 15, 30, 90}, 30);
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    playback.seek(90 * interval_s);
+    EXPECT_EQ(arrive(playback), 90);
+    for (const std::int64_t expected : {30, 15, 0, 0}) {
+        playback.seek_back(double(shown_ - 1) * interval_s);
+        EXPECT_EQ(arrive(playback), expected);
+    }
+    for (const std::int64_t expected : {15, 30, 90}) {
+        playback.step();
+        EXPECT_EQ(arrive(playback), expected);
+    }
+    playback.seek_back(90 * interval_s - 1);
+    EXPECT_EQ(arrive(playback), 30) << "a second back";
+    playback.step();
+    EXPECT_EQ(arrive(playback), 90) << "it was read by the search";
+}
+
+TEST_F(RecordedPlayback, BackLeadsToTheTimeThatIsSoughtWhereThereAreFramesBetween) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    playback.seek(10 * interval_s);
+    EXPECT_EQ(arrive(playback), 10);
+    for (const std::int64_t expected : {9, 4, 3}) {
+        playback.seek_back(double(expected) * interval_s);
+        EXPECT_EQ(arrive(playback), expected);
+    }
+}
+
+TEST_F(RecordedPlayback, OnLeadsNoFartherThanToTheLastFrame) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    const double seconds = loader.seconds().value_or(0), last_s = (frame_count - 1) * interval_s;
+    for (const int from : {0, 5, frame_count - 2}) {
+        playback.seek(playback.time_on_s(from * interval_s, 1, seconds));
+        const auto seen = watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+        EXPECT_EQ(shown_, frame_count - 1) << from;
+        EXPECT_FALSE(std::ranges::any_of(seen, &Refresh::is_over)) << from;
+    }
+    EXPECT_EQ(playback.time_on_s(last_s, 1, seconds), last_s) << "there is nothing farther on";
+    EXPECT_DOUBLE_EQ(playback.time_on_s(2 * interval_s, 3 * interval_s, seconds), 5 * interval_s);
+    EXPECT_EQ(playback.time_on_s(last_s, 1, 0), last_s + 1) << "nobody knows how long it is";
+    EXPECT_DOUBLE_EQ(playback.time_on_s(last_s + 2, 1, seconds), last_s + 3) << "it is longer than was said";
+}
+
+TEST_F(RecordedPlayback, APipeIsPlayedOnceWithoutJumps) {
+    constexpr int pictures = 12;
+    std::string bytes;
+    for (const std::vector<char>& part : coded(pictures))
+        bytes.append(part.begin(), part.end());
+    const std::string pipe = (folder / "pipe.mkv").string();
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const PipeWriter writing(pipe, bytes);
+    FrameLoader loader(pipe, {});
+    Playback playback(loader);
+    EXPECT_FALSE(playback.can_jump());
+    watch(playback, [](const Refresh& refresh) { return refresh.shown == 3; });
+    playback.seek(0);
+    playback.seek_back(0);
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(frames_of(seen), range(3, pictures - 1));
+    playback.pause();
+    playback.play();
+    EXPECT_TRUE(playback.is_paused()) << "there is nothing to begin anew";
+    EXPECT_EQ(playback.refresh(now_s_ + refresh_s).frame, nullptr);
+    EXPECT_FALSE(loader.state().failed);
 }
 
 TEST_F(RecordedPlayback, AFailureComesAfterWhatCouldBeReadAndPauses) {

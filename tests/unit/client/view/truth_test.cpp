@@ -189,6 +189,21 @@ TEST_F(FrameLoaders, ReadsAFewAheadAndWaits) {
     EXPECT_EQ(loader.state().reel->counts().thinned, 0);
 }
 
+/// Else so many frames a second would be shown too slowly: a refresh takes no more of them than were read.
+TEST_F(FrameLoaders, ReadsMoreAheadWhereFramesAreShort) {
+    constexpr std::int64_t ahead = 50, count = ahead + 10;  // of 1 ms: three refreshes of 60 a second
+    write_frames(range(0, count - 1), 1000);
+    FrameLoader loader(folder.string(), {});
+    for (int i = 0; i < 20000 && loader.figures().frames < ahead; ++i)
+        doze();
+    for (int i = 0; i < 50; ++i)
+        doze();
+    EXPECT_EQ(loader.figures().frames, ahead);
+    for (std::int64_t number = 0; number < count; ++number)
+        EXPECT_EQ(waited_for(loader)->main.info.index, number);
+    EXPECT_EQ(loader.state().reel->counts().thinned, 0);
+}
+
 TEST_F(FrameLoaders, JumpsToAFrameFromTheMiddleAndFromTheEnd) {
     FrameLoader loader(folder.string(), {});
     for (int round = 0; round < 3; ++round) {

@@ -7,6 +7,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
+#include <map>
+#include <sstream>
+
 namespace equistream::render_command {
 namespace {
 
@@ -42,9 +46,11 @@ protected:
         options.out = output;
         options.size = {32, 16};
         options.spp = 2;
+        options.eyes = eyes_;
         options.threads = 1;
         options.aovs = "none";
-        options.progress = cli::ProgressStyle::none;
+        options.progress = progress_;
+        options.overwrite = overwrite_;
         Timeline timeline;
         timeline.path = host_.scene.camera_path;
         timeline.path_frames = 5;
@@ -59,9 +65,24 @@ protected:
         }
         return "";
     }
+    /// Of one that is refused before its first frame.
+    std::string refusal_of_render() {
+        try {
+            end_of_render();
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
     std::vector<std::int64_t> frames() const { return list_frames(output + "/centre"); }
+    void remove_frame(std::int64_t index) const {
+        std::filesystem::remove(output + "/centre/" + frame_file_name(index));
+    }
 
     ChosenHost host_;
+    std::vector<es_eye> eyes_{ES_EYE_CENTRE};
+    bool overwrite_ = false;
+    cli::ProgressStyle progress_ = cli::ProgressStyle::none;
     std::atomic<bool> interrupted_ = false;
 };
 
@@ -88,6 +109,49 @@ TEST_F(SequenceRendererTest, AFrameWhoseLastTileWasDoneIsKeptWhenARenderIsInterr
     EXPECT_EQ(frames(), (Frames{0, 1}));
 }
 
+TEST_F(SequenceRendererTest, EachEyesFramesAreCounted) {
+    eyes_ = {ES_EYE_LEFT, ES_EYE_RIGHT};
+    int rendered = 0;
+    host_.on_render = [&](const FrameTask& task) {
+        finish(task);
+        interrupted_ = ++rendered == 3;
+    };
+    EXPECT_EQ(end_of_render(), "interrupted: 3 of 10 frames are finished; the same command goes on there");
+}
+
+/// Whoever plays the folder would take them for parts of one render.
+TEST_F(SequenceRendererTest, FramesOfAnotherRenderBesideItAreRefused) {
+    EXPECT_EQ(end_of_render(), "");
+    eyes_ = {ES_EYE_LEFT};
+    EXPECT_EQ(end_of_render(), "") << "the other eye of the same one";
+    overwrite_ = true;
+    const auto expected = [this](const std::string& what) {
+        return output + "/centre, frame 4: expected the " + what + " of " + output +
+               "/left, found another one; render both with one command, remove that folder or choose another --out";
+    };
+    host_.scene.name = "another";
+    EXPECT_EQ(refusal_of_render(), expected("scene"));
+    host_.scene.name = "";
+    host_.scene.camera_path = PosePath({{0, {{1, 0, 0}, {1, 0, 0, 0}}}}, "test");
+    EXPECT_EQ(refusal_of_render(), expected("head position"));
+    EXPECT_EQ(read_manifest(output + "/left").shared.head.position_m.x, 0) << "nothing was replaced";
+}
+
+/// Players fill gaps of the main view from them, and refuse a folder where they are another eye's.
+TEST_F(SequenceRendererTest, LayersOfAnotherEyeThanTheMainViewAreRefused) {
+    eyes_ = {ES_EYE_LEFT};
+    EXPECT_EQ(end_of_render(), "");
+    std::filesystem::copy(output + "/left", output + "/hidden");
+    EXPECT_EQ(end_of_render(), "");
+    eyes_ = {ES_EYE_RIGHT};
+    EXPECT_EQ(end_of_render(), "") << "the left eye is still the main view";
+    eyes_ = {ES_EYE_CENTRE};
+    EXPECT_EQ(refusal_of_render(),
+              output + "/hidden, frame 4: expected the eye of " + output +
+                  "/centre, found another one; render both with one command, remove that folder or choose "
+                  "another --out");
+}
+
 TEST_F(SequenceRendererTest, AnInterruptAfterTheLastTileOfAllIsNoFailure) {
     host_.on_render = [this](const FrameTask& task) {
         finish(task);
@@ -95,6 +159,39 @@ TEST_F(SequenceRendererTest, AnInterruptAfterTheLastTileOfAllIsNoFailure) {
     };
     EXPECT_EQ(end_of_render(), "");
     EXPECT_EQ(frames(), (Frames{0, 1, 2, 3, 4}));
+}
+
+TEST_F(SequenceRendererTest, FinishedFramesAreLookedForOnceAndBeforeTheFirst) {
+    EXPECT_EQ(end_of_render(), "");
+    remove_frame(1);
+    Frames rendered;
+    host_.on_render = [&](const FrameTask& task) {
+        rendered.push_back(task.index);
+        remove_frame(3);
+        finish(task);
+    };
+    EXPECT_EQ(end_of_render(), "");
+    EXPECT_EQ(rendered, Frames{1});
+}
+
+TEST_F(SequenceRendererTest, LookingForFinishedFramesIsTold) {
+    EXPECT_EQ(end_of_render(), "");
+    remove_frame(1);
+    progress_ = cli::ProgressStyle::json;
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(end_of_render(), "");
+    std::istringstream told(::testing::internal::GetCapturedStderr());
+    std::map<std::string, std::vector<double>> done;
+    std::vector<std::string> notes;
+    for (std::string line; std::getline(told, line);)
+        if (line.starts_with('{')) {
+            const auto step = nlohmann::json::parse(line);
+            done[step.at("what").get<std::string>()].push_back(step.at("done").get<double>());
+            notes.push_back(step.at("note").get<std::string>());
+        }
+    EXPECT_EQ(done["checking"], std::vector<double>{5}) << "in one line, however many there are";
+    EXPECT_EQ(notes.at(0), "4 frames are finished");
+    EXPECT_EQ(done["render"].size(), 1u);
 }
 
 TEST_F(SequenceRendererTest, AnUnfinishedFrameIsNot) {

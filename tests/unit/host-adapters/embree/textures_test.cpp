@@ -201,6 +201,15 @@ TEST(Textures, NearestIsNotJittered) {
         EXPECT_NEAR(reader.lookup(0, {{10.1f / 64, 20.9f / 64}, 0, glm::vec3(j, j, 0)}).x, srgb_decoded(10), 1e-7);
 }
 
+TEST(Textures, MayTakeAQuarterOfTheMemoryWithinLimits) {
+    EXPECT_EQ(cache_megabytes(512 * 0x1p30), 4096.0f) << "others may need the rest";
+    EXPECT_EQ(cache_megabytes(16 * 0x1p30), 4096.0f);
+    EXPECT_EQ(cache_megabytes(8 * 0x1p30), 2048.0f);
+    EXPECT_EQ(cache_megabytes(3 * 0x1p30), 768.0f);
+    EXPECT_EQ(cache_megabytes(1 * 0x1p30), 512.0f);
+    EXPECT_EQ(cache_megabytes(0), 512.0f) << "not known";
+}
+
 TEST(Textures, DamagedImagesAreNamed) {
     const auto message = [](Texture texture) {
         try {

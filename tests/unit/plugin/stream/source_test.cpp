@@ -1,5 +1,6 @@
 /// What libav reads: a server that does not answer, or says nothing, is given up in time, and a silent pipe when asked.
 #include <plugin/stream/source.h>
+#include <tests/unit/pipe_writer.h>
 #include <tests/unit/silent_server.h>
 
 #include "synthetic.h"
@@ -51,7 +52,7 @@ TEST(Sources, AServerThatFallsSilentIsGivenUp) {
     synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h264, false));
     const std::string stream = bytes_of(folder / "a.mkv");
     SilentServer server;
-    std::thread sending([&] { server.send(stream.substr(0, stream.size() - 50)); });
+    std::jthread sending([&] { server.send(stream.substr(0, stream.size() - 50)); });
     const StreamReadOptions options;
     Source source(server.address(), options, impatient);
     sending.join();
@@ -97,23 +98,49 @@ TEST(Sources, ANamedPipeGivesWhatIsWrittenIntoItInParts) {
     synthetic::write(folder / "a.mkv", made);
     const std::string stream = bytes_of(folder / "a.mkv"), named = (folder / "pipe.mkv").string();
     ASSERT_EQ(mkfifo(named.c_str(), 0600), 0);
-    std::thread writing([&] {
-        std::ofstream out(named, std::ios::binary);
-        for (std::size_t at = 0; at < stream.size(); at += 5000) {
-            out << stream.substr(at, 5000) << std::flush;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-    });
+    const PipeWriter writing(named, stream, 5000);
     StreamReader reader(named);
     EXPECT_EQ(synthetic::read_all(reader).size(), std::size_t(made.pictures));
     EXPECT_EQ(reader.truncation(), "");
-    writing.join();
+}
+
+TEST(Sources, APipeIsReadOnce) {
+    const synthetic::Folder folder;
+    const std::string file = (folder / "a.mkv").string(), named = (folder / "pipe.mkv").string();
+    synthetic::write(file, synthetic::small_stream(Codec::h264, false));
+    ASSERT_EQ(mkfifo(named.c_str(), 0600), 0);
+    EXPECT_TRUE(is_pipe(named));
+    EXPECT_TRUE(is_pipe("pipe:0"));
+    EXPECT_FALSE(is_pipe(file));
+    EXPECT_FALSE(is_pipe("tcp://127.0.0.1:9000"));
+    const PipeWriter writing(named, bytes_of(file));
+    StreamReader reader(named);
+    EXPECT_TRUE(reader.next());
+    EXPECT_FALSE(reader.seconds()) << "although its header says it";
+    EXPECT_FALSE(reader.seek(0));
 }
 
 TEST(Sources, WhatAReadingFunctionThrowsIsTheReason) {
     const StreamReadOptions options{
         .read = [](std::span<std::uint8_t>) -> std::size_t { throw WorkError("the line is dead"); }};
     EXPECT_EQ(refusal("tcp://nobody:1", options), "tcp://nobody:1: the line is dead");
+}
+
+TEST(Sources, ModelsAndRawPicturesAreNoVideo) {
+    const synthetic::Folder folder;
+    std::string pictures;
+    for (int i = 0; i < 40; ++i)
+        pictures += std::string("\xff\xd8\xff\xc0\0\0\xff\xda\0\0\xff\xd9\0\0", 14);  // the markers of a JPEG
+    std::ofstream(folder / "a.glb", std::ios::binary) << "glTF" << pictures;
+    std::ofstream(folder / "a.mjpeg", std::ios::binary) << pictures;
+    const StreamReadOptions options;
+    for (const auto& [name, found] : {std::pair("a.glb", "found a model"), {"a.mjpeg", "found a picture"}})
+        try {
+            Source((folder / name).string(), options);
+            ADD_FAILURE() << name << " was taken for a video";
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(found), std::string::npos) << error.what();
+        }
 }
 
 /// A server does so for each viewer of tiles.

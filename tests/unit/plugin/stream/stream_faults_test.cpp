@@ -377,19 +377,69 @@ TEST(StreamFaults, AnAddressIsNotTapped) {
                  InputError);
 }
 
-TEST(StreamFaults, APipeCarriesTheBytesOfTheFile) {
+/// Its pictures do not count themselves, but its header says how long it is.
+TEST(StreamFaults, ACutMatroskaFileOfSomebodyElseIsNotWhole) {
+    synthetic::Folder folder;
+    auto made = synthetic::small_stream(Codec::h264, false);
+    made.settings.tagged = false;
+    const std::string file = folder / "a.mkv", cut_file = folder / "cut.mkv";
+    synthetic::write(file, made);
+    const std::string bytes = bytes_of(file), kept = bytes.substr(0, bytes.size() * 6 / 10);
+    put_bytes(cut_file, kept);
+    StreamReader whole(file), cut(cut_file);
+    EXPECT_GT(synthetic::read_all(whole).size(), synthetic::read_all(cut).size());
+    EXPECT_EQ(whole.truncation(), "");
+    EXPECT_EQ(cut.truncation(),
+              cut_file + " was cut: its last " + std::to_string(bytes.size() - kept.size()) + " bytes are missing");
+}
+
+/// An mp4 goes back to say how long a group's header has become: in memory, where nobody can go back in what is
+/// written.
+TEST(StreamFaults, LongGroupsAreTheSameThroughATap) {
+    synthetic::Folder folder;
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tagged = false;
+    settings.gop = 1500;
+    settings.pictures = 1500;
+    settings.tracks = {{TrackRole::main, 64, 64}, {TrackRole::small, 64, 64}};
+    const ByteImage picture(64, 64, 3, 99);
+    const std::string file = folder / "a.mp4";
+    std::string tapped;
+    const StreamTap tap{.take = [&](std::span<const std::uint8_t> bytes) { tapped.append(bytes.begin(), bytes.end()); },
+                        .alone = true};
+    for (const bool is_tapped : {false, true}) {
+        StreamWriter writer(file, settings, is_tapped ? std::optional(tap) : std::nullopt);
+        for (std::int64_t index = 0; index < settings.gop; ++index)
+            for (const TrackSettings& track : settings.tracks)
+                writer.write(track.role, picture.view(), synthetic::info(64, 64, index));
+        writer.finish();
+    }
+    EXPECT_TRUE(bytes_of(file) == tapped);
+}
+
+/// What a pipe carries is in Matroska alone not the file's bytes, for nobody can go back in it.
+TEST(StreamFaults, APipeCarriesThePicturesOfTheFile) {
     synthetic::Folder folder;
     const auto made = synthetic::small_stream(Codec::h264, true);
-    synthetic::write(folder / "a.mkv", made);
-    const auto pipe = folder / "pipe.mkv";
-    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    const std::string command = "cat '" + pipe.string() + "' > '" + (folder / "copy.mkv").string() + "' &";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    synthetic::write(pipe, made);
-    const std::string expected = bytes_of(folder / "a.mkv");
-    for (int i = 0; i < 100 && std::filesystem::file_size(folder / "copy.mkv") < expected.size(); ++i)
-        usleep(20000);
-    EXPECT_TRUE(bytes_of(folder / "copy.mkv") == expected);
+    for (const std::string end : {".mkv", ".mp4"}) {
+        const std::string file = folder / ("a" + end), pipe = folder / ("pipe" + end), copy = folder / ("copy" + end);
+        synthetic::write(file, made);
+        ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+        FILE* reader = popen(("cat '" + pipe + "' > '" + copy + "'").c_str(), "w");
+        ASSERT_NE(reader, nullptr);
+        synthetic::write(pipe, made);
+        ASSERT_EQ(pclose(reader), 0);
+        StreamReader of_file(file), of_pipe(copy);
+        const auto expected = synthetic::read_all(of_file), found = synthetic::read_all(of_pipe);
+        EXPECT_EQ(of_pipe.truncation(), "") << end;
+        ASSERT_EQ(found.size(), expected.size()) << end;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            EXPECT_EQ(found[i].info->index, expected[i].info->index) << end;
+            EXPECT_TRUE(std::ranges::equal(found[i].rgb.samples(), expected[i].rgb.samples())) << end << ' ' << i;
+        }
+        EXPECT_EQ(bytes_of(copy) == bytes_of(file), end == ".mp4");
+    }
 }
 
 }  // namespace

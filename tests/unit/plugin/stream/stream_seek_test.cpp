@@ -4,10 +4,16 @@
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
 
+#include <plugin/stream/libav.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -139,6 +145,83 @@ TEST_P(Jumps, FindKeyFramesThatLieBeforeMains) {
             EXPECT_EQ(seen[role], count - target / gop * gop) << track_name(role) << ", to " << target;
         EXPECT_EQ(reader.truncation(), "") << "to " << target;
     }
+}
+
+/// What the process has read so far, of any file.
+std::int64_t bytes_read() {
+    std::ifstream counts("/proc/self/io");
+    std::string name;
+    std::int64_t bytes = 0;
+    counts >> name >> bytes;
+    return name == "rchar:" ? bytes : throw std::runtime_error("/proc/self/io does not begin with rchar");
+}
+
+/// A finished Matroska file says how long it is and where its key frames lie.
+TEST(LongJumps, ReadLittleOfTheFile) {
+    const synthetic::Folder folder;
+    synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+    made.pictures = made.settings.pictures = 600;
+    made.settings.gop = gop;
+    const auto file = folder / "long.mkv";
+    synthetic::write(file, made);
+    StreamReader reader(file.string());
+    begin(reader);
+    EXPECT_EQ(reader.seconds(), made.pictures / frames_per_second);
+    const std::int64_t before = bytes_read();
+    ASSERT_TRUE(reader.seek(590 / frames_per_second));
+    const auto picture = reader.next();
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->info->index, made.first_index + 590 / gop * gop);
+    EXPECT_LT(bytes_read() - before, std::int64_t(std::filesystem::file_size(file)) / 4);
+}
+
+/// Of an mp4 libav knows the fragments that it has read, and the header of a file that was cut tells of what is gone.
+TEST(Lengths, AreNotKnownOfFragmentsNorOfWhatWasCut) {
+    const synthetic::Folder folder;
+    const synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+    const std::string mp4 = folder / "a.mp4", mkv = folder / "a.mkv";
+    synthetic::write(mp4, made);
+    synthetic::write(mkv, made);
+    EXPECT_FALSE(StreamReader(mp4).seconds());
+    EXPECT_NEAR(StreamReader(mkv).seconds().value_or(0), made.pictures / frames_per_second, 0.002);
+    std::filesystem::resize_file(mkv, std::filesystem::file_size(mkv) * 6 / 10);
+    EXPECT_FALSE(StreamReader(mkv).seconds());
+}
+
+/// As ffmpeg does where it is told no more than to make fragments: the movie's header has the first one's pictures.
+void copy_into_fragments(const std::string& from, const std::string& to) {
+    AVFormatContext* opened = nullptr;
+    ASSERT_GE(avformat_open_input(&opened, from.c_str(), nullptr, nullptr), 0);
+    const av::Demuxer demuxer(opened);
+    opened = nullptr;
+    ASSERT_GE(avformat_alloc_output_context2(&opened, nullptr, "mp4", nullptr), 0);
+    const av::Muxer muxer(opened);
+    for (unsigned i = 0; i < demuxer->nb_streams; ++i) {
+        AVStream& stream = *avformat_new_stream(muxer.get(), nullptr);
+        ASSERT_GE(avcodec_parameters_copy(stream.codecpar, demuxer->streams[i]->codecpar), 0);
+        stream.codecpar->codec_tag = 0;
+        stream.time_base = demuxer->streams[i]->time_base;
+    }
+    av::Options options;
+    options.set("movflags", "frag_keyframe");
+    ASSERT_GE(avio_open(&muxer->pb, to.c_str(), AVIO_FLAG_WRITE), 0);
+    ASSERT_GE(avformat_write_header(muxer.get(), options.taken()), 0);
+    const av::Packet packet = av::make_packet();
+    while (av_read_frame(demuxer.get(), packet.get()) >= 0) {
+        const int i = packet->stream_index;
+        av_packet_rescale_ts(packet.get(), demuxer->streams[i]->time_base, muxer->streams[i]->time_base);
+        ASSERT_GE(av_interleaved_write_frame(muxer.get(), packet.get()), 0);
+    }
+    ASSERT_GE(av_write_trailer(muxer.get()), 0);
+    avio_closep(&muxer->pb);
+}
+
+TEST(Lengths, AreNotKnownWhereFragmentsFollowTheFirstPictures) {
+    const synthetic::Folder folder;
+    const std::string from = folder / "a.mp4", to = folder / "b.mp4";
+    synthetic::write(from, synthetic::small_stream(Codec::h264, false));
+    copy_into_fragments(from, to);
+    EXPECT_FALSE(StreamReader(to).seconds());
 }
 
 using OtherJumps = Jumps;

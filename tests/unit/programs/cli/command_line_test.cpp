@@ -1,4 +1,5 @@
 #include <equistream/error.h>
+#include <programs/cli/columns.h>
 #include <programs/cli/commands.h>
 #include <programs/cli/process.h>
 #include <programs/cli/program.h>
@@ -14,6 +15,7 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -166,8 +168,7 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
     EXPECT_EQ(errors, "equistream test: " + file + ":3: expected one of n, found 'm'\n");
     std::ofstream(file) << "n = 4\n[other]\nn = 5\n";
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
-    EXPECT_EQ(errors, "equistream test: " + file +
-                          ":2: expected options outside any section but of a command's, found 'other'\n");
+    EXPECT_EQ(errors, "equistream test: " + file + ":2: expected a command's name in brackets, found '[other]'\n");
     std::ofstream(file) << "n = 4\n[play]\nm = 5\nmethod = mesh\n[test]\nn = 7\n[encode]\ncrf = 20\n";
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_done)
         << "other commands' sections are theirs: " << errors;
@@ -179,6 +180,117 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
     EXPECT_EQ(errors, "equistream test: " + file + ":1: expected one of n, found 'help'\n");
     EXPECT_EQ(run({"p", "--settings", file + ".missing"}, n, errors), exit_usage);
+}
+
+TEST(Program, SaysWhereASettingWasRead) {
+    const std::string file = testing::TempDir() + "places.ini";
+    int n = 0;
+    std::string errors;
+    const auto told = [&](const std::string& text, std::vector<std::string> words, const std::string& problem = "") {
+        std::ofstream(file) << text;
+        words.insert(words.begin(), {"p", "--settings", file});
+        EXPECT_EQ(run(words, n, errors, [&] { throw InputError(problem); }), exit_usage);
+        return errors;
+    };
+    const std::string place = "equistream test: " + file;
+    const std::string help = " (--help lists the options)\n";
+    EXPECT_EQ(told("# mine\nn = zwei\n", {}), place + ":2: --n: expected a whole number, found 'zwei'" + help);
+    EXPECT_EQ(told("[test]\nn = zwei\n", {}), place + ":2: --n: expected a whole number, found 'zwei'" + help);
+    EXPECT_EQ(told("n = 1\n\nn = 2\n", {}), place + ":3: expected n once, found it again, after line 1\n");
+    EXPECT_EQ(told("n = [1, 2]\n", {}), place + ":1: expected one value of n, found 2\n");
+    EXPECT_EQ(told("[rendr]\nn = 1\n", {}),
+              place + ":1: expected a command's name in brackets, found '[rendr]'; did you mean render?\n");
+    EXPECT_EQ(told("\nn = 3\n", {}, "--n 3: expected 4"), place + ":2: --n 3: expected 4\n");
+    EXPECT_EQ(told("\nn = 3\n", {"--n", "5"}, "--n 5: expected 4"), "equistream test: --n 5: expected 4\n");
+    EXPECT_EQ(run({"p", "--settings", testing::TempDir()}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: --settings " + testing::TempDir() +
+                          ": expected a file of settings, found a folder" + help);
+}
+
+TEST(Program, RefusesInItsOwnWords) {
+    std::string out, word, errors;
+    double crf = 0;
+    bool flag = false;
+    const auto told = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), "p");
+        EXPECT_EQ(run(words, errors,
+                      [&](CommandLine& app) -> std::function<void()> {
+                          app.add_option("--out", out, "").required();
+                          app.add_option("--word", word, "").one_of({"on", "off"});
+                          app.add_option("--crf", crf, "").between(0.0, 51.0);
+                          app.add_flag("--flag", flag, "");
+                          return [] {};
+                      }),
+                  exit_usage);
+        const std::string begin = "equistream test: ", end = " (--help lists the options)\n";
+        EXPECT_TRUE(errors.starts_with(begin) && errors.ends_with(end)) << errors;
+        return errors.substr(begin.size(), errors.size() - std::min(errors.size(), begin.size() + end.size()));
+    };
+    EXPECT_EQ(told({"-o", "a"}), "-o: no such option; did you mean --out?");
+    EXPECT_EQ(told({"--out"}), "--out: expected one value, found none");
+    EXPECT_EQ(told({"--out", "a", "--out", "b"}), "--out: expected one value, found 2");
+    EXPECT_EQ(told({"--out", "a", "b"}), "expected no further words, found 'b'");
+    EXPECT_EQ(told({"--out", "a", "--word", "x"}), "--word: expected on or off, found 'x'");
+    EXPECT_EQ(told({"--out", "a", "--crf", "abc"}), "--crf: expected a number from 0 to 51, found 'abc'");
+    EXPECT_EQ(told({"--out", "a", "--crf", "52"}), "--crf: expected a number from 0 to 51, found '52'");
+    EXPECT_EQ(told({"--out", "a", "--flag=perhaps"}), "--flag: expected true or false, found 'perhaps'");
+}
+
+TEST(Program, NamesItsSubcommands) {
+    std::string errors;
+    const auto told = [&](std::vector<std::string> words) {
+        EXPECT_EQ(run(std::move(words), errors,
+                      [](CommandLine& app) -> std::function<void()> {
+                          app.add_subcommand("generate", "");
+                          app.add_subcommand("info", "");
+                          app.require_subcommand();
+                          return [] {};
+                      }),
+                  exit_usage);
+        return errors;
+    };
+    const std::string begin = "equistream test: expected generate or info, found ",
+                      end = " (--help lists the options)\n";
+    EXPECT_EQ(told({"p", "inf", "a.json"}), begin + "'inf'; did you mean info?" + end);
+    EXPECT_EQ(told({"p"}), begin + "none" + end);
+}
+
+TEST(Wrapped, LinesFitAndBeginBelowEachOther) {
+    EXPECT_EQ(wrapped("  --x  ", "one two three", 14), "  --x  one two\n       three\n");
+    EXPECT_EQ(wrapped("", "one two", 7), "one two\n");
+    EXPECT_EQ(wrapped("", "abcdefghij kl", 5), "abcdefghij\nkl\n");
+    EXPECT_EQ(wrapped("- ", "a\nb", 40), "- a\n  b\n");
+    EXPECT_EQ(wrapped("", "rate=N    so many a second", 20), "rate=N    so many a\n          second\n");
+    EXPECT_EQ(wrapped("  --x", "", 40), "  --x\n");
+}
+
+TEST(Help, FitsTheTerminal) {
+    const std::string meaning = "How well the picture looks: the lower, the better, and the more bytes it takes";
+    setenv("COLUMNS", "60", 1);
+    std::string errors, text;
+    double crf = 16;
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(run({"p", "--help"}, errors,
+                  [&](CommandLine& app) -> std::function<void()> {
+                      app.add_option("--crf", crf, meaning);
+                      return [] {};
+                  }),
+              exit_done);
+    std::istringstream lines(testing::internal::GetCapturedStdout());
+    unsetenv("COLUMNS");
+    std::string found;
+    std::size_t column = 0;
+    for (std::string line; std::getline(lines, line);) {
+        EXPECT_LE(line.size(), 60u) << line;
+        if (line.starts_with("  --crf"))
+            column = line.find("How");
+        else if (column > 0 && line.find_first_not_of(' ') != column)
+            break;
+        if (column > 0)
+            found += (found.empty() ? "" : " ") + line.substr(column);
+    }
+    EXPECT_GT(column, 8u);
+    EXPECT_EQ(found, meaning);
 }
 
 TEST(SettingsText, IsMadeOneThatIsReadAsItIsMeant) {
@@ -268,6 +380,65 @@ TEST_P(InterruptedScratch, IsRemovedAndTheSignalEndsTheProcess) {
     std::istringstream lines(names);
     for (std::string name; std::getline(lines, name);)
         EXPECT_FALSE(std::filesystem::exists(name)) << name;
+}
+
+/// How a process ends that does this.
+int status_of(const std::function<void()>& work) {
+    const pid_t child = fork();
+    if (child == 0) {
+        work();
+        _exit(0);
+    }
+    int status = 0;
+    EXPECT_EQ(waitpid(child, &status, 0), child);
+    return status;
+}
+
+TEST(Interrupts, EndTheProcessWithALine) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const int status = status_of([&] {
+        dup2(ends[1], STDERR_FILENO);
+        std::signal(SIGINT, SIG_DFL);
+        say_at_interrupt("equistream test: interrupted: nothing is written");
+        kill(getpid(), SIGINT);
+        for (;;)
+            pause();
+    });
+    close(ends[1]);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT) << status;
+    std::string said(100, '\0');
+    said.resize(std::size_t(std::max<ssize_t>(0, read(ends[0], said.data(), said.size()))));
+    close(ends[0]);
+    EXPECT_EQ(said, "equistream test: interrupted: nothing is written\n");
+}
+
+TEST(Interrupts, AreNotedOnceAndEndItThen) {
+    const int status = status_of([] {
+        std::signal(SIGTERM, SIG_DFL);
+        note_interrupts();
+        if (interrupted())
+            _exit(1);
+        raise(SIGTERM);
+        if (!interrupted())
+            _exit(2);
+        raise(SIGTERM);
+    });
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM) << status;
+}
+
+/// A shell starts what runs in the background so.
+TEST(Interrupts, ThatAreIgnoredStaySo) {
+    const int status = status_of([] {
+        std::signal(SIGINT, SIG_IGN);
+        say_at_interrupt("interrupted");
+        raise(SIGINT);
+        note_interrupts();
+        raise(SIGINT);
+        if (interrupted())
+            _exit(1);
+    });
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, InterruptedScratch, testing::Values(SIGINT, SIGTERM, SIGHUP));

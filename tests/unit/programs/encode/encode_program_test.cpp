@@ -43,6 +43,32 @@ TEST_F(Programs, EncodeLooksAtItsTargetFirst) {
     unsetenv("TMPDIR");
 }
 
+/// What has no frame data is not ours, or not certain to be.
+TEST_F(Programs, EncodeReplacesItsOwnStreamsAlone) {
+    render("r/centre", 96, 64, 0, 1);
+    const auto encode = [&](const std::string& name) {
+        return run("encode '" + path("r") + "' --preset ultrafast --out '" + path(name) + "'");
+    };
+    for (const char* name : {"a.mp4", "a.mkv", "a.ts", "a.h264"})
+        for (int i = 0; i < 2; ++i)
+            EXPECT_EQ(encode(name).status, 0) << name;
+    std::ofstream(folder / "empty.mkv").flush();
+    EXPECT_EQ(encode("empty.mkv").status, 0);
+    std::ofstream(folder / "text.mp4") << "another's";
+    synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+    made.settings.tagged = false;
+    made.settings.tracks.resize(1);
+    synthetic::write(folder / "video.h264", made);
+    for (const char* name : {"text.mp4", "video.h264"}) {
+        const std::string before = text_of(folder / name);
+        expect_failure(encode(name), 2,
+                       "--out " + path(name) +
+                           ": expected a new name, or an earlier stream of equistream to replace, found " +
+                           "another file; choose another name, or remove that file");
+        EXPECT_EQ(text_of(folder / name), before);
+    }
+}
+
 /// A frame of another size ends the trial, and the coding with what came before kept.
 TEST_F(Programs, EncodeKeepsWhatCameBeforeAFrameOfAnotherShape) {
     render("r/centre", 96, 64, 0, 3);

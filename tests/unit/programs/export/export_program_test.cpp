@@ -198,6 +198,38 @@ TEST_F(Export, WhatCannotBeExportedIsRefusedInALine) {
     expect_failure(run("export '" + path("r") + "'" + out), 2, "expected no such file, or --overwrite, found one");
     expect_failure(run("export '" + path("r") + "' --overwrite --frames 7" + out), 2, "found none of these");
     EXPECT_NE(run("info '" + file() + "'").output.find("part"), std::string::npos);
+    render_hidden();
+    Frame other = read_exr(folder / "r/hidden" / frame_file_name(3));
+    other.info.scene = "another";
+    write_exr(folder / "r/hidden" / frame_file_name(3), other);
+    expect_failure(run("export '" + path("r") + "' --overwrite" + out), 2,
+                   "hidden, frame 3: expected the scene of " + path("r/centre"));
+}
+
+TEST_F(Export, TheEyeThatADeepFileLeavesOutIsNamed) {
+    render_both(Eye::left, "left");
+    EXPECT_EQ(made("--overwrite").find("left out"), std::string::npos);
+    render_both(Eye::right, "right");
+    EXPECT_NE(made("--overwrite").find("  right left out: a deep file holds one eye"), std::string::npos);
+    EXPECT_EQ(made("--overwrite --eye right").find("left out"), std::string::npos);
+    EXPECT_EQ(made("--overwrite --layout parts").find("left out"), std::string::npos);
+    EXPECT_EQ(nlohmann::json::parse(made("--overwrite --json"))["eyes_left_out"], nlohmann::json::array({"right"}));
+}
+
+/// Other commands would take the files for the render's own frames.
+TEST_F(Export, NothingIsWrittenIntoTheRender) {
+    render_both();
+    const auto refused = [&](const std::string& source, const std::string& out) {
+        expect_failure(run("export '" + path(source) + "' --layout parts --out '" + path(out) + "'"), 2,
+                       "expected a place outside what is read, found");
+    };
+    refused("r", "r");
+    refused("r", "r/comp");
+    refused("r/centre", "r");
+    refused("r/centre", "r/comp");
+    EXPECT_FALSE(std::filesystem::exists(folder / "r" / frame_file_name(3)));
+    EXPECT_FALSE(std::filesystem::exists(folder / "r/comp"));
+    EXPECT_EQ(run("export '" + path("r") + "' --out '" + path(".") + "'").status, 0);
 }
 
 }  // namespace

@@ -3,7 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 namespace equistream::test {
 namespace {
@@ -61,6 +64,7 @@ TEST_F(Programs, InfoDrawsEveryFolderOfARender) {
     render("r/hidden", 64, 32, 0, 1);
     const Ran ran = run("info '" + path("r") + "' --pictures '" + path("look") + "'");
     ASSERT_EQ(ran.status, 0) << ran.errors;
+    EXPECT_TRUE(ran.output.ends_with("\n" + path("look") + ": 4 pictures written\n")) << ran.output;
     for (const char* picture : {"centre/frame.0000.colour.png", "centre/frame.0001.colour.png",
                                 "hidden/frame.0000.colour.png", "hidden/frame.0001.colour.png"})
         EXPECT_TRUE(fs::exists(folder / "look" / picture)) << picture;
@@ -110,7 +114,75 @@ TEST_F(Programs, InfoTakesLittleMemoryForALargePictureInASmallFile) {
     EXPECT_EQ(ran.status, 0) << ran.errors;
     EXPECT_NE(ran.output.find("part rgba: 12288x4096"), std::string::npos) << ran.output;
 }
+
+/// Whose tables of patches are as large as they may be.
+void write_patches(const std::filesystem::path& file, std::int64_t frames) {
+    constexpr int width = 128, height = 64;
+    StreamSettings settings;
+    settings.codec = Codec::h264;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, width, height}, {TrackRole::patches, width, height}};
+    StreamWriter writer(file.string(), settings);
+    FrameInfo info = synthetic::info(width, height, 0);
+    PatchAtlas atlas;
+    atlas.sphere_width = width;
+    atlas.sphere_height = height;
+    atlas.offsets_m = {{0.02, 0, 0}};
+    atlas.block_side = min_patch_side;
+    atlas.columns = 128;
+    atlas.rows = max_patch_slots / atlas.columns;
+    atlas.slots.resize(std::size_t(max_patch_slots));
+    const ByteImage picture = synthetic::picture(width, height, 0);
+    for (info.index = 0; info.index < frames; ++info.index) {
+        info.time_s = double(info.index) / 30;
+        info.patches.reset();
+        writer.write(TrackRole::main, picture.view(), info);
+        info.patches = atlas;
+        writer.write(TrackRole::patches, picture.view(), info);
+    }
+    writer.finish();
+}
+
+/// The most memory that info took. What posix_spawn() starts would begin with the peak of this process.
+long info_peak_kib(const std::string& file) {
+    const pid_t child = fork();
+    if (child == 0) {
+        dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDOUT_FILENO);
+        execl(EQUISTREAM_BIN "/equistream-info", "equistream-info", file.c_str(), nullptr);
+        _exit(127);
+    }
+    int status = 0;
+    rusage usage{};
+    EXPECT_EQ(wait4(child, &status, 0, &usage), child);
+    EXPECT_EQ(status, 0);
+    return usage.ru_maxrss;
+}
+
+TEST_F(Programs, InfoTakesNoMoreMemoryForALongStream) {
+    write_patches(folder / "short.mkv", 40);
+    write_patches(folder / "long.mkv", 1040);
+    const Ran ran = run("info '" + path("short.mkv") + "'");
+    EXPECT_NE(ran.output.find("track patches: "), std::string::npos) << ran.output;
+    constexpr long kib_of_tables = 1000 * max_patch_slots * long(sizeof(PatchAtlas::Slot)) / 1024;
+    EXPECT_LT(info_peak_kib(path("long.mkv")), info_peak_kib(path("short.mkv")) + kib_of_tables / 4);
+}
 #endif
+
+TEST_F(Programs, InfoListsTheFramesOfTheFirstTileAlone) {
+    const synthetic::MadeTiles made{.pictures = 3};
+    synthetic::write(folder / "tiles.mkv", made);
+    const auto tracks = nlohmann::json::parse(run("info --json --frames '" + path("tiles.mkv") + "'").output)["tracks"];
+    ASSERT_EQ(tracks.size(), 2u);
+    EXPECT_EQ(tracks[1]["tiles"], made.grid.count());
+    EXPECT_EQ(tracks[1]["pictures"], made.grid.count() * made.pictures);
+    EXPECT_EQ(tracks[1]["frames"].size(), std::size_t(made.pictures));
+    const Ran text = run("info --frames '" + path("tiles.mkv") + "'");
+    const std::string line = "\n  frame ";
+    std::size_t lines = 0;
+    for (std::size_t at = 0; (at = text.output.find(line, at)) != std::string::npos; ++at)
+        ++lines;
+    EXPECT_EQ(lines, std::size_t(2 * made.pictures)) << text.output;
+}
 
 TEST_F(Programs, InfoKeepsControlCharactersOffTheTerminal) {
     render("r", 64, 32, 0, 0);

@@ -30,6 +30,21 @@ TEST(Report, LongPlaysKeepTheLatestFrames) {
     EXPECT_NE(report.table().find("times and gaps are of the latest 1000 frames"), std::string::npos);
 }
 
+/// 90 Hz for an hour would be a gigabyte of JSON.
+TEST(Report, LongPlaysSayWhatWasSeenOfTheLatestRefreshes) {
+    Report report;
+    report.viewing.emplace();
+    const auto played = std::int64_t(Report::kept_frames) + 100;
+    for (std::int64_t number = 0; number < played; ++number)
+        report.viewing->refreshes.emplace_back().number = number;
+    report.viewing->report = report_viewing(report.viewing->refreshes, 90);
+    const nlohmann::ordered_json viewing = report.json()["viewing"];
+    EXPECT_EQ(viewing["refreshes"], played) << "sums are of all";
+    ASSERT_EQ(viewing["each"].size(), Report::kept_frames);
+    EXPECT_EQ(viewing["each"].front()["number"], 100);
+    EXPECT_EQ(viewing["each"].back()["number"], played - 1);
+}
+
 TEST(Report, ShortPlaysKeepAll) {
     Report report;
     report.add({});

@@ -138,15 +138,32 @@ TEST(RecordedFile, SaysWhetherViewersCanReadItAsItComes) {
     for (const std::string& odd : {std::string(), type, type + box("free", 0, 40) + samples, type + large + samples,
                                    type + box("free", 4, 40) + samples})
         EXPECT_FALSE(file(odd).index_comes_last());
+}
 
+/// Whatever pieces it is read in.
+TEST(RecordedFile, GivesTheSizeOfItsSegmentAsUnknown) {
+    const synthetic::Folder folder;
     const std::string header("\x1a\x45\xdf\xa3\x84\x42\x82\x81\x00", 9), segment("\x18\x53\x80\x67", 4);
-    const std::string rest(16, '\0');
-    EXPECT_FALSE(file(header + segment + "\xff" + rest).says_its_size());
-    EXPECT_FALSE(file(header + segment + std::string("\x01\xff\xff\xff\xff\xff\xff\xff", 8) + rest).says_its_size());
-    EXPECT_TRUE(file(header + segment + std::string("\x01\x00\x00\x00\x00\x00\x00\x10", 8) + rest).says_its_size());
-    EXPECT_TRUE(file(header + segment + "\x90" + rest).says_its_size());
+    const std::string rest("what follows");
+    const auto read = [&](const std::string& bytes, std::size_t piece) -> std::optional<std::string> {
+        std::ofstream(folder / "file", std::ios::binary) << bytes;
+        RecordedFile file((folder / "file").string());
+        if (!file.hide_segment_size())
+            return std::nullopt;
+        std::string all, part(piece, '\0');
+        while (const std::size_t count = file.read(std::int64_t(all.size()), part))
+            all.append(part, 0, count);
+        return all;
+    };
+    const std::string known("\x01\x00\x00\x00\x00\x00\x00\x10", 8), unknown("\x01\xff\xff\xff\xff\xff\xff\xff", 8);
+    for (const std::size_t piece : {1, 3, 5, 14, 100}) {
+        EXPECT_EQ(read(header + segment + known + rest, piece), header + segment + unknown + rest) << piece;
+        EXPECT_EQ(read(header + segment + unknown + rest, piece), header + segment + unknown + rest) << piece;
+        EXPECT_EQ(read(header + segment + "\x90" + rest, piece), header + segment + "\xff" + rest) << piece;
+        EXPECT_EQ(read(header + segment + "\x40\x10" + rest, piece), header + segment + "\x7f\xff" + rest) << piece;
+    }
     for (const std::string& odd : {std::string(), header, header + segment, header + segment + std::string(8, '\0')})
-        EXPECT_TRUE(file(odd).says_its_size());
+        EXPECT_EQ(read(odd, 100), std::nullopt);
 }
 
 TEST(TiledRecordings, GoOnWithATileForHalfASecondAfterItWasLookedAt) {

@@ -12,6 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A Matroska file whose segment's size, of eight bytes, is not known.
+std::string as_sent_in_a_loop(std::string file) {
+    const std::size_t at = file.find("\x18\x53\x80\x67\x01");
+    EXPECT_NE(at, std::string::npos);
+    return file.replace(at + 5, 7, 7, '\xff');
+}
+
 TEST_F(Serving, InfoAndPlayTakeTheAddressForTheFile) {
     for (const char* name : {"a.mkv", "a.mp4"}) {
         record(name);
@@ -124,6 +131,19 @@ TEST_F(Serving, ASignalEndsTheEncodingToo) {
     EXPECT_EQ(server.output(), "viewers served 0, refused 0, dropped 0; 0 bytes sent\n");
 }
 
+TEST_F(Serving, ASignalEndsTheReadingToo) {
+    synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+    made.pictures = 60;  // of which libav looks at some before it reads
+    made.settings.pictures = 60;
+    synthetic::write(folder / "a.mkv", made);
+    fs::resize_file(folder / "a.mkv", std::uintmax_t{32} << 30);  // a hole, through which a cluster is looked for
+    Server server(arguments("a.mkv"), place());
+    ASSERT_TRUE(comes_true([&] { return server.lines_with("reading " + path("a.mkv") + " (34.4 GB)") == 1; }))
+        << server.log();
+    EXPECT_EQ(server.end_by(SIGINT), 0) << server.log();
+    EXPECT_EQ(server.output(), "viewers served 0, refused 0, dropped 0; 0 bytes sent\n");
+}
+
 TEST_F(Serving, BadUsageIsOneLine) {
     record("a.mkv");
     record("a.mp4");
@@ -155,6 +175,9 @@ TEST_F(Serving, BadUsageIsOneLine) {
     std::ofstream(folder / "scene.json") << "{}";
     expect_failure(serve("scene.json", "--listen tcp://:0 --out '" + path("none/a.mkv") + "'"), 2,
                    "expected a folder that can be written to");
+    std::ofstream(folder / "own.mkv") << "somebody's";
+    expect_failure(serve("scene.json", "--listen tcp://:0 --out '" + path("own.mkv") + "'"), 2,
+                   "expected a new name, or an earlier stream of equistream to replace, found another file");
     expect_failure(serve("scene.json", "--listen tcp://:0 -- --spp 4"), 2,
                    "-- --spp: expected an option of render that serve does not set itself");
     expect_failure(run("info tls://a-secret-of-enough-letters@:1"), 2, "tls://:1: expected tcp://HOST:PORT");
@@ -164,6 +187,12 @@ TEST_F(Serving, BadUsageIsOneLine) {
     expect_failure(serve("a.mkv", "--listen tcp://:0 --viewers 0"), 2, "--viewers: expected at least 1");
     expect_failure(serve("a.mp4", "--listen tcp://:0 --loop"), 2, "expected Matroska for --loop");
     expect_failure(serve("a.mkv", "--listen tcp://:0 -- --crf 20"), 2, "expected a folder");
+    expect_failure(serve("a.mkv", "--listen tcp://:0 --crf 20"), 2,
+                   "expected a scene (.json, .xml) to render, found none");
+    expect_failure(serve("empty", "--listen tcp://:0 --depth auto"), 2,
+                   "--depth: " + path("empty") + ": expected a scene (.json, .xml) to render, found a folder; " +
+                       "options of encode follow --, such as -- --depth auto");
+    expect_failure(serve("empty", "--listen tcp://:0 --spp 4"), 2, "to render, found a folder");
     synthetic::write(folder / "t.mkv", synthetic::MadeTiles{.pictures = 2});
     expect_failure(serve("t.mkv", "--listen tcp://:0 --loop"), 2,
                    "--loop: " + path("t.mkv") + ": expected a stream without tiles, found one of tiles");
@@ -215,7 +244,7 @@ TEST_F(Serving, NoByteComesBeforeItIsDue) {
 }
 
 TEST_F(Serving, ALoopBeginsAgainNoEarlierThanItEnds) {
-    const std::string stream = record("a.mkv");
+    const std::string stream = as_sent_in_a_loop(record("a.mkv"));
     const SendTimes times = read_send_times(path("a.mkv"));
     EXPECT_NEAR(times.duration_s, 0.4, 1e-3);
     Server server(arguments("a.mkv", {"--loop"}), place());
@@ -234,7 +263,7 @@ TEST_F(Serving, ALoopBeginsAgainNoEarlierThanItEnds) {
 }
 
 TEST_F(Serving, ViewersMayLeaveAndReturn) {
-    const std::string stream = record("a.mkv");
+    const std::string stream = as_sent_in_a_loop(record("a.mkv"));
     Server server(arguments("a.mkv", {"--loop"}), place());
     for (int visit = 0; visit < 3; ++visit) {
         Viewer leaving(server.port()), breaking(server.port());
@@ -253,7 +282,7 @@ TEST_F(Serving, ViewersMayLeaveAndReturn) {
 TEST_F(Serving, GarbageIsReadSlowlyAndDropped) {
     constexpr std::int64_t max_accepted = 24 << 20;
     constexpr double sending_s = 1;
-    const std::string stream = record("a.mkv");
+    const std::string stream = as_sent_in_a_loop(record("a.mkv"));
     Server server(arguments("a.mkv", {"--loop"}), place());
     Viewer rude(server.port());
     const std::string garbage(1 << 16, '\xa5');
@@ -308,7 +337,7 @@ TEST_F(Serving, WhoeverStaysAfterTheEndIsSentAway) {
 }
 
 TEST_F(Serving, MoreViewersThanTheLimitAreRefused) {
-    const std::string stream = record("a.mkv");
+    const std::string stream = as_sent_in_a_loop(record("a.mkv"));
     Server server(arguments("a.mkv", {"--viewers", "2", "--loop"}), place());
     Viewer first(server.port()), second(server.port());
     EXPECT_EQ(first.read(1).size(), 1u);

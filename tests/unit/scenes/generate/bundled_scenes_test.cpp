@@ -158,7 +158,7 @@ std::string complaint(const std::function<void()>& action) {
 
 TEST(Generators, BadNamesAndOptionsAreNamedWithTheAcceptedOnes) {
     EXPECT_EQ(complaint([] { find_generator("castle"); }),
-              "scene: expected one of pavilion, orientation, sphere, furnace, motion, materials, leaf, near, poles, "
+              "NAME: expected one of pavilion, orientation, sphere, furnace, motion, materials, leaf, near, poles, "
               "seam, wires, "
               "mirror, glass, inside, grazing, sky, empty, found 'castle'");
     EXPECT_EQ(complaint([] { made("sphere", {"size=3"}); }),

@@ -88,6 +88,9 @@ TEST_F(PosePathTest, CsvErrorsNameTheLine) {
     EXPECT_NO_THROW(read_path_csv(write("far.csv", good + "1,1e9,0,-1e9,1,0,0,0\n")));
     expect_contains(error(good + "1,0,0\n"), "bad.csv:3: expected 8 columns");
     expect_contains(error(good + "1,0,0,0,1,0,0,0,\n"), "found 9");
+    EXPECT_TRUE(error("t;x;y;z;qw;qx;qy;qz\n0;0;1,6;0;1;0;0;0\n")
+                    .ends_with("bad.csv:2: expected 8 columns separated by commas, with decimal points "
+                               "(time_s, x, y, z, qw, qx, qy, qz), found 2"));
     expect_contains(error(good + "0,0,0,0,1,0,0,0\n"), "bad.csv:3: expected a time after");
     expect_contains(error(good + "1,0,0,0,0,0,0,0\n"), "bad.csv:3");
     expect_contains(error(good + "1,0,0,0,0,0,0,0\n"), "unit quaternion");
