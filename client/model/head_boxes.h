@@ -49,8 +49,8 @@ public:
     std::span<const glm::dvec3> points_on_path() const { return on_path_; }
     /// A cell's side: the radius, or as much more as it takes to have few enough. 0 where there is no grid.
     double cell_m() const { return cell_m_; }
-    /// By how much balls around centres are larger than head boxes, so that they hold all of them: above 0 where cells
-    /// are larger than the radius, and then about half a cell's diagonal at most.
+    /// By how much balls around centres are larger than head boxes, so that they hold all of them. Where cells are as
+    /// wide as the radius it is 0, and rays alone check; beyond that about half a cell's diagonal at most.
     double added_m() const { return added_m_; }
     /// From the nearest centre to the nearest point of a triangle.
     double distance_m(const TriangleCorners& triangle) const;

@@ -31,8 +31,8 @@ std::size_t bytes_of(const ReceivedFrame& frame) {
     return sum;
 }
 
-/// In one refresh no more time passes than frames were read ahead: three refreshes at 60 a second. Of frames so large
-/// that they would not fit into the memory allowed fewer are: then refreshes wait for the next one.
+/// In one refresh no more time passes than frames were read ahead: three refreshes at 60 a second. Fewer are read ahead
+/// where so many would not fit into the memory allowed: refreshes then wait for the next one.
 std::size_t frames_ahead(const ReceivedFrame& first, std::size_t max_bytes) {
     constexpr double ahead_s = 0.05, most = 50;
     constexpr std::size_t least = 3;

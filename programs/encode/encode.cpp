@@ -208,7 +208,7 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     cli::add_with_default(
         app, "--motion", options.motion,
         "auto: main's pictures say what moves by itself by more than the error bound, so that clients can move it on "
-        "while frames are late. It is found from the AOVs backward, forward and depth",
+        "while frames are late. Motion is found from the AOVs backward, forward and depth",
         {"auto", "none"});
     cli::add_json_flag(app, options.json)
         .description("Report as JSON on standard output (on standard error where the video goes there)");

@@ -139,8 +139,9 @@ void run(const Arguments& a) {
     std::vector<Source> sources = find_sources(a);
     const std::vector<std::string> left_out = deep ? leave_out_other_eyes(sources) : std::vector<std::string>();
     // An eye's folder lies in that of a render, where other commands would take the files for the render's own.
-    const bool is_eye = std::ranges::find(eye_names, a.folder.filename().string()) != std::end(eye_names);
-    cli::require_apart("--out", a.out, {is_eye ? (a.folder / "..").lexically_normal() : a.folder});
+    const fs::path full = fs::weakly_canonical(fs::absolute(a.folder));
+    const bool is_eye = std::ranges::find(eye_names, full.filename().string()) != std::end(eye_names);
+    cli::require_apart("--out", a.out, {is_eye ? full.parent_path() : a.folder});
     const std::vector<std::int64_t> frames = chosen_frames(sources.front(), a);
     for (const Source& source : sources) {
         require_same_frames(source.folder, sources.front(), frames);

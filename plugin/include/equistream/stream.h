@@ -308,8 +308,9 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Throws InputError naming `target`, what --out names, where a file is there that is no stream of ours: of none of its
-/// first pictures there is frame data. A few are decoded.
+/// Throws InputError naming `target`, what --out names, where a file is there that is no stream of ours: its first
+/// track is not called "main", and its first pictures, a few of which are decoded, have no frame data. Empty files are
+/// replaced.
 void require_replaceable_stream(const std::string& target);
 
 // Both eyes in one picture, as ordinary players and displays take them: one definition for what is encoded, played and

@@ -226,6 +226,7 @@ TEST_F(Export, NothingIsWrittenIntoTheRender) {
     refused("r", "r");
     refused("r", "r/comp");
     refused("r/centre", "r");
+    refused("r/centre/", "r");
     refused("r/centre", "r/comp");
     EXPECT_FALSE(std::filesystem::exists(folder / "r" / frame_file_name(3)));
     EXPECT_FALSE(std::filesystem::exists(folder / "r/comp"));
