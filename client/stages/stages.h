@@ -82,10 +82,11 @@ std::string described(std::span<const Row> rows, bool only_gpu = false) {
     constexpr std::size_t column = 14;
     std::string text;
     for (const Row& row : rows) {
+        if (!row.on_gpu && only_gpu)
+            continue;
         std::string name(row.name);
         name.resize(column, ' ');
-        if (row.on_gpu || !only_gpu)
-            text += "\n" + name + std::string(row.help);
+        text += "\n" + name + std::string(row.help);
     }
     return text;
 }

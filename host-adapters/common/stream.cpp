@@ -208,7 +208,11 @@ void StreamOpener::require_companions() const {
     ours.seed = options_.seed;
     const es_eye of_layers = main_eye();
     ours.eye = static_cast<Eye>(of_layers);
-    for (const char* name : {"centre", "left", "right", "small", "hidden", "patches", "window"}) {
+    using Beside = std::pair<const char*, TrackRole>;
+    for (const auto& [name, role] :
+         {Beside{"centre", TrackRole::main}, Beside{"left", TrackRole::main}, Beside{"right", TrackRole::main},
+          Beside{"small", TrackRole::small}, Beside{"hidden", TrackRole::hidden}, Beside{"patches", TrackRole::patches},
+          Beside{"window", TrackRole::window}}) {
         const std::filesystem::path folder = options_.out / name;
         if (writes(name) || !std::filesystem::exists(folder / "manifest.json") || list_frames(folder).empty())
             continue;
@@ -217,10 +221,9 @@ void StreamOpener::require_companions() const {
         ours.index = theirs.index;
         ours.time_s = static_cast<double>(theirs.index) / rate_of(options_, scene_);
         ours.head = path_.at(ours.time_s);
-        const bool is_layer = name == std::string_view("hidden") || name == std::string_view("patches");
-        const bool is_eye = std::ranges::find(eye_names, std::string_view(name)) != std::end(eye_names);
-        const Companion companion = is_layer ? Companion::eye : is_eye ? Companion::head : Companion::light;
-        const std::filesystem::path main = options_.out / eye_name(is_layer ? of_layers : options_.eyes.front());
+        const Companion companion = role == TrackRole::main ? Companion::head : companion_of(role);
+        const es_eye eye = companion == Companion::eye ? of_layers : options_.eyes.front();
+        const std::filesystem::path main = options_.out / eye_name(eye);
         require_companion(companion, main, ours, folder, theirs, ", remove that folder or choose another --out");
     }
 }

@@ -80,7 +80,7 @@ public:
     std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
         std::ostringstream whole;
         whole << input.rdbuf();
-        const std::string text = without_mark(whole.str());
+        const std::string text = without_byte_order_mark(whole.str());
         std::istringstream again(settings_for_reader(text, file()));
         const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
         std::vector<CLI::ConfigItem> accepted;
@@ -150,11 +150,6 @@ private:
                 expected_found(place(lines), "one value of " + item.name, std::to_string(item.inputs.size())));
         if (option.count() == 0 && !option.get_lnames().empty())
             places_[option.get_lnames().front()] = place(lines);
-    }
-
-    static std::string without_mark(const std::string& text) {
-        constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
-        return text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text;
     }
 
     const CLI::App& app_;  // it owns us

@@ -11,7 +11,7 @@ namespace equistream::cli {
 
 namespace {
 
-constexpr std::string_view byte_order_mark = "\xef\xbb\xbf", blanks = " \t";
+constexpr std::string_view blanks = " \t";
 
 bool is_quote(char c) {
     return c == '"' || c == '\'';
@@ -74,8 +74,13 @@ std::string one_value(std::string_view value, std::string& problem) {
 
 }  // namespace
 
+std::string without_byte_order_mark(const std::string& text) {
+    constexpr std::string_view mark = "\xef\xbb\xbf";
+    return text.starts_with(mark) ? text.substr(mark.size()) : text;
+}
+
 std::string settings_for_reader(const std::string& text, const std::string& file) {
-    std::istringstream lines(text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text);
+    std::istringstream lines(without_byte_order_mark(text));
     std::string line, result;
     const auto refuse = [&](int number, const std::string& expected, std::string_view found) {
         throw InputError(expected_found(file + ":" + std::to_string(number), expected, "'" + std::string(found) + "'"));

@@ -199,15 +199,14 @@ void SourceRenders::check(const std::vector<Picture>& pictures) {
         const FrameInfo& info = pictures[i].info;
         renders_[i].require(sources_.tracks[i].folder / frame_file_name(info.index), info);
         const TrackRole role = pictures[i].role;
-        const bool is_layer = role == TrackRole::hidden || role == TrackRole::patches;
-        require_companion(is_layer ? Companion::eye : Companion::light, sources_.tracks[0].folder, main.info,
-                          sources_.tracks[i].folder, info,
+        require_companion(companion_of(role), sources_.tracks[0].folder, main.info, sources_.tracks[i].folder, info,
                           role == TrackRole::window ? ", or encode its folder alone" : ", or use --fill none");
     }
     if (!main.right_info)
         return;
     right_eye_->require(sources_.right_eye / frame_file_name(main.info.index), *main.right_info);
-    require_companion(Companion::light, sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, "");
+    require_companion(companion_of(TrackRole::main), sources_.tracks[0].folder, main.info, sources_.right_eye,
+                      *main.right_info, "");
     if (!is_posed_)
         is_posed_ = main.is_posed;
     cli::require(*is_posed_ == main.is_posed,
