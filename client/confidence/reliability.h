@@ -65,7 +65,7 @@ inline constexpr std::array<std::string_view, risk_group_count> risk_group_names
     "source", "coarse", "seen", "small", "guessed", "turned", "mirrored"};
 
 struct ReliabilityOptions {
-    /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): half a step of a depth code.
+    /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): the most that a depth code changes.
     double depth_tolerance_w = 0;
     /// How visibly off the source's colours are (visible_loss_of the main track's frame data); nothing: not known, or
     /// not at all. Stands for what gaps are filled from too.

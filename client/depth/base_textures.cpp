@@ -59,13 +59,14 @@ void BaseTextures::fill(std::uint32_t texture) const {
         for (int y = 0; y < coarser.height; ++y)
             for (int x = 0; x < coarser.width; ++x)
                 for (int c = 0; c < 3; ++c) {
-                    int sum = 0;
+                    float light = 0;
                     for (int k = 0; k < 4; ++k) {
                         const int i = std::min(2 * x + k % 2, level.width - 1);
                         const int j = std::min(2 * y + k / 2, level.height - 1);
-                        sum += level.rgb[3 * (std::size_t(j) * level.width + i) + c];
+                        light += 0.25f * to_linear_[level.rgb[3 * (std::size_t(j) * level.width + i) + c]];
                     }
-                    coarser.rgb[3 * (std::size_t(y) * coarser.width + x) + c] = std::uint8_t((sum + 2) / 4);
+                    coarser.rgb[3 * (std::size_t(y) * coarser.width + x) + c] =
+                        std::uint8_t(255 * linear_to_srgb(light) + 0.5f);
                 }
         if (std::max(level.width, level.height) <= longest_side)
             chain.levels.push_back(std::move(level));

@@ -1,5 +1,6 @@
 #pragma once
-/// Base colour textures as a client wants them: small mip chains in memory, filled when first asked for.
+/// Base colour textures as a client wants them: small mip chains in memory, filled when first asked for. A coarser
+/// level's texels have the mean light of the finer one's.
 #include <scenes/library/model.h>
 
 #include <array>

@@ -1,10 +1,14 @@
 #include "congestion.h"
 
+#include <linux/sockios.h>
+#include <linux/tcp.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <string_view>
 
 namespace equistream {
@@ -17,6 +21,19 @@ bool use_bbr(int socket) {
 void keep_little_unsent(int socket) {
     constexpr int bytes = 1 << 14;
     setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, sizeof bytes);
+}
+
+Unacknowledged unacknowledged(int socket) {
+    int bytes = 0;
+    if (ioctl(socket, SIOCOUTQ, &bytes) != 0)
+        return {};
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    const bool says = getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
+                      size >= offsetof(tcp_info, tcpi_min_rtt) + sizeof info.tcpi_min_rtt;
+    // Before the first measurement the system says the highest number.
+    const bool is_known = says && info.tcpi_min_rtt != ~__u32{0};
+    return {std::size_t(std::max(0, bytes)), is_known ? 1e-6 * info.tcpi_min_rtt : 0};
 }
 
 bool allows_bbr() {

@@ -1,5 +1,6 @@
 #pragma once
 /// How fast TCP sends.
+#include "under_way.h"
 
 namespace equistream {
 
@@ -8,6 +9,8 @@ namespace equistream {
 bool use_bbr(int socket);
 /// Little waits in the system that it has not begun to send: more would be old by the time it goes.
 void keep_little_unsent(int socket);
+/// Of what was written to a socket. Of one that is not TCP the bytes may be more, and no time is known.
+Unacknowledged unacknowledged(int socket);
 /// Whether whoever runs this may use BBR.
 bool allows_bbr();
 

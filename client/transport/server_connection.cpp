@@ -8,9 +8,10 @@
 #include <equistream/error.h>
 #include <equistream/text.h>
 
-#include <asio/connect.hpp>
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <asio/steady_timer.hpp>
 
 #include <algorithm>
 #include <array>
@@ -173,13 +174,32 @@ private:
             else if (is_srt)
                 connect_srt(0);
             else
-                connect_tcp();
+                connect_tcp(0);
         };
         name_lookup_.emplace(io_, address, done);
     }
-    void connect_tcp() {
-        asio::async_connect(socket_, found_, [this](const asio::error_code& error, const tcp::endpoint&) {
-            if (error)
+    double patience_of_each_s() const { return share_of_patience * connect_s_ / double(found_.size()); }
+    /// One address after the other, until a server answers. The system alone would wait minutes for the first. The last
+    /// one has all the time that is left: it ends by wait_until_open.
+    void connect_tcp(std::size_t index) {
+        asio::error_code ignored;
+        socket_.close(ignored);
+        const bool is_last = index + 1 == found_.size();
+        const std::chrono::duration<double> each(patience_of_each_s());
+        next_address_.expires_at(is_last ? Clock::time_point::max()
+                                         : Clock::now() + std::chrono::duration_cast<Clock::duration>(each));
+        if (!is_last)
+            next_address_.async_wait([this](const asio::error_code& error) {
+                asio::error_code no_matter;
+                if (!error && next_address_.expiry() <= Clock::now())  // else it was the time of the address before
+                    socket_.close(no_matter);
+            });
+        socket_.async_connect(found_[index], [this, index, is_last](const asio::error_code& error) {
+            const bool is_connected = !error && socket_.is_open();
+            if (!is_connected && !is_last)
+                return connect_tcp(index + 1);
+            next_address_.cancel();
+            if (!is_connected)
                 return fail("a server", error);
             prepare(socket_, silence_s_);
             open(context_ ? tls_wire(std::move(socket_), context_, false) : tcp_wire(std::move(socket_)));
@@ -188,10 +208,9 @@ private:
     /// One address after the other, until a server answers.
     void connect_srt(std::size_t index) {
         const asio::ip::udp::endpoint endpoint(found_[index].address(), found_[index].port());
-        const double each_s = share_of_patience * connect_s_ / double(found_.size());
         std::unique_ptr<Wire> wire;
         try {
-            wire = srt_wire(io_.get_executor(), endpoint, context_, silence_s_, each_s);
+            wire = srt_wire(io_.get_executor(), endpoint, context_, silence_s_, patience_of_each_s());
         } catch (const WorkError& error) {
             return change([&] { problem_ = {"a socket for SRT", error.what()}; });
         }
@@ -276,6 +295,7 @@ private:
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
     tcp::socket socket_{io_};
+    asio::steady_timer next_address_{io_};
     std::vector<tcp::endpoint> found_;
     std::unique_ptr<Wire> wire_;
     std::array<char, 1 << 16> chunk_{};

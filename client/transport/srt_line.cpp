@@ -144,7 +144,7 @@ void SrtLine::write(std::span<const char> bytes, Wire::Moved moved) {
     if (is_closed_)
         return finish(std::move(moved), asio::error::operation_aborted, 0);
     assert(bytes.size() != 1);  // it would be taken for the filler
-    const std::size_t window = window_.bytes(), most = window - std::min(window, unacknowledged());
+    const std::size_t window = window_.bytes(), most = window - std::min(window, unacknowledged_bytes());
     std::size_t sent = 0;
     int count = 0;
     while (sent < bytes.size() && sent < most) {
@@ -168,7 +168,7 @@ void SrtLine::write(std::span<const char> bytes, Wire::Moved moved) {
     keep_looking();
 }
 
-std::size_t SrtLine::unacknowledged() const {
+std::size_t SrtLine::unacknowledged_bytes() const {
     std::size_t packets = 0, bytes = 0;
     return srt_getsndbuffer(socket_, &packets, &bytes) < 0 ? 0 : bytes;  // failed: the next write will say so
 }
@@ -186,7 +186,7 @@ void SrtLine::keep_looking() {
 }
 
 void SrtLine::look() {
-    const std::size_t on_their_way = unacknowledged();
+    const std::size_t on_their_way = unacknowledged_bytes();
     const auto now = Clock::now();
     const auto seconds = [](auto duration) { return std::chrono::duration<double>(duration).count(); };
     window_.add(seconds(now - start_), double(written_bytes_),

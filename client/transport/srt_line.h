@@ -43,6 +43,7 @@ public:
     void read(std::span<char> bytes, Wire::Moved moved);
     /// Not one byte alone.
     void write(std::span<const char> bytes, Wire::Moved moved);
+    Unacknowledged unacknowledged() const { return {unacknowledged_bytes(), window_.acknowledged_after_s()}; }
     void close();
 
 private:
@@ -54,7 +55,7 @@ private:
     void drain();
     void drain_soon();
     void serve_reads();
-    std::size_t unacknowledged() const;
+    std::size_t unacknowledged_bytes() const;
     void keep_looking();
     void look();
     void run_writes();
@@ -96,6 +97,8 @@ public:
         error = {};
         line_->close();
     }
+
+    Unacknowledged unacknowledged() const { return line_->unacknowledged(); }
 
     template <typename Buffers, typename Token>
     auto async_read_some(const Buffers& buffers, Token&& token) {

@@ -1,5 +1,6 @@
 #pragma once
 /// TLS over anything that Asio's streams can be laid over, as a Wire.
+#include "congestion.h"
 #include "wire.h"
 
 #include <asio/buffer.hpp>
@@ -40,6 +41,12 @@ public:
         stream_.async_write_some(asio::buffer(bytes.data(), bytes.size()),
                                  [self = this->shared_from_this(), moved = std::move(moved)](
                                      const asio::error_code& error, std::size_t count) { moved(error, count); });
+    }
+    Unacknowledged unacknowledged() {
+        if constexpr (requires { stream_.lowest_layer().native_handle(); })
+            return equistream::unacknowledged(stream_.lowest_layer().native_handle());
+        else
+            return stream_.lowest_layer().unacknowledged();
     }
     void end_writing() {
         has_ended_ = true;
@@ -91,6 +98,7 @@ public:
     void open(Opened opened) override { line_->open(std::move(opened)); }
     void read_some(std::span<char> bytes, Moved moved) override { line_->read(bytes, std::move(moved)); }
     void write_some(std::span<const char> bytes, Moved moved) override { line_->write(bytes, std::move(moved)); }
+    Unacknowledged unacknowledged() override { return line_->unacknowledged(); }
     void end_writing() override { line_->end_writing(); }
     void close() override { line_->close(); }
 

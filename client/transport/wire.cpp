@@ -31,6 +31,7 @@ public:
     void write_some(std::span<const char> bytes, Moved moved) override {
         socket_.async_write_some(asio::buffer(bytes.data(), bytes.size()), std::move(moved));
     }
+    Unacknowledged unacknowledged() override { return equistream::unacknowledged(socket_.native_handle()); }
     void end_writing() override {
         asio::error_code ignored;
         socket_.shutdown(tcp::socket::shutdown_send, ignored);

@@ -5,6 +5,7 @@
 /// never from within the call; after close() with an error. A wire may be destroyed once its callbacks have come. It
 /// goes, or is closed, before its io_context does.
 #include "received_rate.h"
+#include "under_way.h"
 
 #include <asio/ip/tcp.hpp>
 #include <asio/ssl/context.hpp>
@@ -27,6 +28,8 @@ public:
     /// At least one byte, or an error: asio::error::eof where the other end has said all.
     virtual void read_some(std::span<char> bytes, Moved moved) = 0;
     virtual void write_some(std::span<const char> bytes, Moved moved) = 0;
+    /// Of what was written.
+    virtual Unacknowledged unacknowledged() = 0;
     /// Says that there will be no more, behind what was written. Reads go on.
     virtual void end_writing() = 0;
     /// What was written and has not arrived yet may be lost.

@@ -7,13 +7,21 @@ export const viewOf = (width, height, fovX) => ({
     width, height, focal: 0.5 * width / Math.tan(0.5 * fovX), middle: [0.5 * width, 0.5 * height],
 });
 
+/// How far views reach from the axis at a distance of 1, to either side, and up or down. A headset's are not even.
+export const reachOf = views => ["width", "height"].map((side, i) => Math.max(
+    ...views.map(view => Math.max(view.middle[i], view[side] - view.middle[i]) / view.focal)));
+
 /// The angle from the axis to the farthest corner.
-export function halfAngleOf({width, height, focal, middle}) {
-    const [x, y] = [Math.max(middle[0], width - middle[0]), Math.max(middle[1], height - middle[1])];
-    return Math.atan(Math.hypot(x, y) / focal);
-}
+export const halfAngleOf = view => Math.atan(Math.hypot(...reachOf([view])));
 
 export const distanceBetween = (a, b) => Math.hypot(...minus(a.position, b.position));
+
+/// How far eyes beyond the head box of a picture make it fade, 0 to 1: as head_box_fading in
+/// client/view/head_motion.cpp.
+export function headBoxFading(eyes, {pose, boxRadius}) {
+    const beyond = Math.max(...eyes.map(eye => distanceBetween(eye, pose))) - (boxRadius + 1e-6);
+    return Math.min(Math.max(beyond / Math.max(0.25, 0.5 * boxRadius), 0), 1);
+}
 
 /// As EyeRays of a std140 block.
 export function eyeBlock(view, eye, source, boxRadius, tolerance) {

@@ -3,7 +3,7 @@
 // its box.
 import {aboutAxis, composed, conjugate, headingOf, multiply, normalized, rotate} from "./poses.js";
 
-const turnPerSecond = 1, metresPerSecond = 0.15, turnPerPixel = 0.0025;
+const turnPerSecond = 1, metresPerSecond = 0.15;
 const halfTurn = Math.PI;
 /// Keys that act for as long as they are down: what they push.
 const held = {
@@ -28,6 +28,7 @@ export class Head {
         this.device = null;   // its turn, while it is followed
         this.turned = null;   // what hears of it
         this.dragged = null;  // the pointer that turns
+        this.turnPerPixel = 0;  // radians, of what is dragged in the middle of the view
         element.addEventListener("pointerdown", event => {
             if (event.button !== 0 || this.dragged !== null)
                 return;
@@ -42,8 +43,8 @@ export class Head {
                 return;
             const [x, y] = this.draggedTo;
             this.draggedTo = [event.clientX, event.clientY];
-            this.yaw += turnPerPixel * (event.clientX - x);
-            this.tilt(turnPerPixel * (event.clientY - y));
+            this.yaw += this.turnPerPixel * (event.clientX - x);
+            this.tilt(this.turnPerPixel * (event.clientY - y));
         });
         for (const end of ["pointerup", "pointercancel"])
             element.addEventListener(end, event => {

@@ -1,11 +1,12 @@
-// The page: where a stream comes from, what is on show, and what keys and buttons do.
+// The page: where a stream comes from, and what is on show.
 import {StreamError} from "./bytes.js";
-import {viewOf} from "./eye.js";
+import {layouts, listenFor, of} from "./controls.js";
+import {headBoxFading, viewOf} from "./eye.js";
 import {FollowedHead} from "./followed.js";
 import {openGl} from "./gl.js";
 import {Head} from "./head.js";
 import {Helper} from "./helper.js";
-import {LiveSocket} from "./live.js";
+import {LiveStream} from "./live.js";
 import {ShownFrame} from "./picture.js";
 import {Player} from "./player.js";
 import {composed, eyeOf} from "./poses.js";
@@ -13,7 +14,6 @@ import {requireRoom} from "./recorded.js";
 import {Renderer} from "./renderer.js";
 import {Headset} from "./xr.js";
 
-const of = id => document.getElementById(id);
 const textOf = id => JSON.parse(of(id).textContent);
 const words = new URLSearchParams(location.search);
 const defaultFov = 90 * Math.PI / 180;
@@ -21,12 +21,6 @@ const defaultFov = 90 * Math.PI / 180;
 const stillMetres = 0.003;
 /// Of one stream. A damaged one would have a note for each picture.
 const mostNotes = 4;
-/// Of a key, with or without shift.
-const nameOf = event => event.key.length === 1 ? event.key.toLowerCase() : event.key;
-const layouts = ["one", "side by side", "anaglyph"];
-/// What a button or the time line does itself with a key.
-const isControlsOwn = (control, key) => control.tagName === "BUTTON" ? key === " " || key === "Enter"
-    : control.id === "time" && /^(Arrow|Page|Home|End)/.test(key);
 
 class Page {
     constructor() {
@@ -41,9 +35,11 @@ class Page {
         this.isSought = false;  // the time line's thumb is held
         this.refreshes = [];  // when the last ones were, milliseconds
         this.times = {opened: null, firstPicture: null};
+        this.lost = "";  // of a server, in one line
+        this.fading = 0;  // 0 to 1: how far the picture has gone to grey
         this.isExact = false;  // a test says what is shown
         this.headset = new Headset(this.gl, (...seen) => this.drawHeadset(...seen), () => this.refreshAgain());
-        this.listen();
+        listenFor(this);
         this.refreshAgain();
     }
 
@@ -54,7 +50,8 @@ class Page {
         this.live = null;
         this.player?.close();
         this.shownFrame.clear();
-        of("problem").textContent = of("note").textContent = "";
+        of("problem").textContent = of("note").textContent = this.lost = "";
+        this.fading = 0;
         of("start").hidden = true;
         of("loading").hidden = false;
         this.times = {opened: performance.now(), firstPicture: null};
@@ -112,9 +109,19 @@ class Page {
     /// `key`: what the server wants to know, behind the address; it is shown nowhere.
     openLive(url, key) {
         const player = this.open(url, true);
-        this.live = new LiveSocket(url, key, {
-            onBytes: bytes => player.push(bytes), onProblem: player.onProblem,
+        this.live = new LiveStream(url, key, {
+            onBytes: bytes => player.push(bytes),
+            onLost: line => this.lost = line,
+            onBack: () => {
+                this.lost = "";
+                player.begin();
+            },
+            onProblem: error => {
+                this.lost = "";
+                player.onProblem(error);
+            },
             onEnd: () => {
+                this.lost = "";
                 if (player === this.player)
                     of("note").textContent = "the server has ended the stream";
                 try {
@@ -151,10 +158,10 @@ class Page {
 
     /// A head that only turns leaves the server its own path: a sphere has all directions, but for what is beyond a
     /// window.
-    lead(hasMoved, head, view) {
+    lead(hasMoved, head, views) {
         const {frame} = this.shownFrame;
         const steers = hasMoved || this.followed.isFollowed;
-        if (!this.live || !(steers || frame.window) || !this.live.sendHead(frame.info.time, head, view, steers))
+        if (!this.live || !(steers || frame.window) || !this.live.sendHead(frame.info.time, head, views, steers))
             return;
         if (steers)
             this.followed.sent(head);
@@ -169,7 +176,9 @@ class Page {
         if (this.canvas.width !== width || this.canvas.height !== height)
             Object.assign(this.canvas, {width, height});
         const each = layouts[this.layout] === "side by side" ? Math.floor(width / 2) : width;
-        return viewOf(each, height, Math.min(defaultFov, 2 * Math.atan(each / height)));
+        const view = viewOf(each, height, Math.min(defaultFov, 2 * Math.atan(each / height)));
+        this.head.turnPerPixel = ratio / view.focal;
+        return view;
     }
 
     refreshAgain() {
@@ -194,7 +203,8 @@ class Page {
         this.want(view, eyes);
         if (!this.shownFrame.frame)
             return;
-        this.lead(this.head.offset.some(metres => metres !== 0), head, view);
+        this.lead(this.head.offset.some(metres => metres !== 0), head, [view]);
+        this.fading = headBoxFading(eyes, this.shownFrame.frame.info);
         // What has not changed stays on the screen.
         const seen = JSON.stringify([this.shownFrame.changes, this.canvas.width, view, eyes, this.layout]);
         if (seen === this.seen)
@@ -207,10 +217,11 @@ class Page {
         const {width, height} = this.canvas, half = Math.floor(width / 2);
         const [left, right = left] = pictures;
         if (layouts[this.layout] !== "side by side")
-            this.renderer.show(null, {left: 0, bottom: 0, width, height}, left, right, this.layout === 2);
+            this.renderer.show(null, {left: 0, bottom: 0, width, height}, left, right, this.layout === 2, this.fading);
         else
             [left, right].forEach((eye, i) => this.renderer.show(
-                null, {left: i * half, bottom: 0, width: i ? width - half : half, height}, eye, eye, false));
+                null, {left: i * half, bottom: 0, width: i ? width - half : half, height}, eye, eye, false,
+                this.fading));
         this.hasPicture();
     }
 
@@ -254,10 +265,11 @@ class Page {
         this.want(eyes[0].view, poses);
         if (!this.shownFrame.frame)
             return;
-        this.lead(Math.hypot(...head.position) > stillMetres, composed(around, head), eyes[0].view);
+        this.lead(Math.hypot(...head.position) > stillMetres, composed(around, head), eyes.map(eye => eye.view));
+        this.fading = headBoxFading(poses, this.shownFrame.frame.info);
         eyes.forEach(({view, place}, i) => {
             const picture = this.renderer.drawEye(view, poses[i], i, eyes.length);
-            this.renderer.show(framebuffer, place, picture, picture, false);
+            this.renderer.show(framebuffer, place, picture, picture, false, this.fading);
         });
         this.hasPicture();
     }
@@ -276,92 +288,14 @@ class Page {
         parts.push(`${seconds > 0 ? (8e-6 * player.bytes / seconds).toFixed(1) : 0} Mbit/s`,
                    `${player.lateFrames} late`);
         of("figures").textContent = parts.join("  ");
+        const outside = this.fading > 0 && `outside the head box of ${Math.round(100 * frame.info.boxRadius)} cm: ` +
+            "parallax is beyond its error bound (c: back)";
+        of("state").textContent = this.lost || outside || "";
         of("line").hidden = player.isLive;
         of("time").max = player.length;
         if (!this.isSought)
             of("time").value = player.time;
         of("pause").textContent = player.plays ? "❚❚" : "▶";
-    }
-
-    // What people do.
-
-    listen() {
-        const actions = {
-            " ": () => this.player?.toggle(),
-            "c": () => {
-                this.head.centre();
-                this.headset.recentre();
-            },
-            "Home": () => this.player.seek(0),
-            ",": () => this.step(-1),
-            ".": () => this.step(1),
-            "l": () => this.player.loops = !this.player.loops,
-            "v": () => this.layout = (this.layout + 1) % layouts.length,
-            "t": () => of("figures").hidden = !of("figures").hidden,
-            "h": () => of("help").hidden = !of("help").hidden,
-            "o": () => of("file").click(),
-            "g": () => this.head.followDevice().then(
-                may => may || this.refuse(new StreamError("the browser does not say how this device is turned"))),
-            "f": () => (document.fullscreenElement ? document.exitFullscreen()
-                                                   : document.documentElement.requestFullscreen?.())?.catch(() => {}),
-        };
-        document.querySelector("[data-key=f]").hidden = !document.fullscreenEnabled;  // phones have none
-        addEventListener("keydown", event => {
-            const name = nameOf(event);
-            if (event.ctrlKey || event.metaKey || event.altKey || isControlsOwn(event.target, event.key))
-                return;
-            if (this.head.key(name, true))
-                return event.preventDefault();
-            const needsPlayer = [" ", "Home", ",", ".", "l"].includes(name);
-            if (name in actions && (this.player || !needsPlayer)) {
-                event.preventDefault();
-                if (!event.repeat || [",", "."].includes(name))
-                    actions[name]();
-            }
-        });
-        addEventListener("keyup", event => this.head.key(nameOf(event), false));
-        for (const button of document.querySelectorAll("[data-key]"))
-            button.addEventListener("click", () => {
-                button.blur();
-                actions[button.dataset.key]();
-            });
-        of("time").addEventListener("input", () => this.player?.seek(Number(of("time").value)));
-        of("time").addEventListener("pointerdown", () => this.isSought = true);
-        for (const end of ["pointerup", "pointercancel"])
-            addEventListener(end, () => {
-                if (this.isSought)
-                    of("time").blur();  // arrows turn again
-                this.isSought = false;
-            });
-        of("file").addEventListener("change", () => {
-            const [file] = of("file").files;
-            of("file").value = "";  // the same one may be opened again
-            if (file)
-                this.openFile(file);
-        });
-        addEventListener("dragover", event => event.preventDefault());
-        addEventListener("drop", event => {
-            event.preventDefault();
-            if (event.dataTransfer.files[0])
-                this.openFile(event.dataTransfer.files[0]);
-        });
-        this.canvas.addEventListener("webglcontextlost", () => this.fail(new StreamError(
-            "the browser has taken the graphics card away: load the page again")));
-        Headset.isThere().then(isThere => of("headset").hidden = !isThere);
-        of("headset").addEventListener("click", () => this.player
-            ? this.headset.start().catch(error => this.refuse(error))
-            : this.refuse(new StreamError("open a stream first")));
-        of("gyroscope").hidden = !("ontouchstart" in window);
-    }
-
-    step(frames) {
-        const {player} = this;
-        if (!player.shown || player.isLive)
-            return;
-        player.plays = false;
-        const {frames: all, times, start} = player.recording, at = all.indexOf(player.shown.index) + frames;
-        if (at >= 0 && at < all.length)
-            player.seek(times.get(all[at]) - start);
     }
 
     // For programs that drive the page.

@@ -2,6 +2,7 @@
 // a tolerance, cut where w jumps. Points are (q, k): q / k in the source's axes, k = 0 at infinity.
 import {agree_inverse, are_joined, column_over_pole, column_round, row_over_pole} from "./formulas.js";
 import {gridOf} from "./grid.js";
+import {MeshArrays} from "./mesh_arrays.js";
 
 const side = 32, before = 2, after = 3, stride = before + side + after, levels = 5;
 /// Blocks farther than this from what a view shows are not built, beyond what parallax may bring into it.
@@ -46,9 +47,7 @@ export class MeshBuilder {
         this.columns = Math.ceil((width - this.firstColumn) / side);
         this.rows = Math.ceil((height + 1) / side);
         this.blocks = new Array(this.columns * this.rows);
-        this.points = new Float32Array(1 << 16);
-        this.indices = new Uint32Array(1 << 16);
-        this.pointCount = this.indexCount = 0;
+        this.arrays = new MeshArrays();
         let used = 0;
         for (let i = 0; i < this.blocks.length; ++i) {
             if (!this.mayShow(i, seen))
@@ -63,7 +62,7 @@ export class MeshBuilder {
                 this.load(i);
                 this.addTriangles(i);
             }
-        return {points: this.points.slice(0, 4 * this.pointCount), indices: this.indices.slice(0, this.indexCount)};
+        return this.arrays.used;
     }
 
     /// Of columns and rows from -1 on: sines and cosines of a sphere's, slopes of a flat picture's.
@@ -293,37 +292,17 @@ export class MeshBuilder {
         }
     }
 
-    addPoint(x, y, z, k) {
-        if (4 * this.pointCount + 4 > this.points.length) {
-            const room = new Float32Array(2 * this.points.length);
-            room.set(this.points);
-            this.points = room;
-        }
-        this.points.set([x, y, z, k], 4 * this.pointCount);
-        return this.pointCount++;
-    }
-
     corner(x, y) {
         const i = at(x, y);
         if (this.numbers[i] < 0)
-            this.numbers[i] = this.addPoint(this.qx[i], this.qy[i], this.qz[i], this.k[i]);
+            this.numbers[i] = this.arrays.addPoint(this.qx[i], this.qy[i], this.qz[i], this.k[i]);
         return this.numbers[i];
     }
 
     add(a, b, c) {
-        if (this.indexCount + 6 > this.indices.length) {
-            const room = new Uint32Array(2 * this.indices.length);
-            room.set(this.indices);
-            this.indices = room;
-        }
-        this.indices[this.indexCount++] = a;
-        this.indices[this.indexCount++] = b;
-        this.indices[this.indexCount++] = c;
-        if (!this.eitherWay)
-            return;
-        this.indices[this.indexCount++] = a;
-        this.indices[this.indexCount++] = c;
-        this.indices[this.indexCount++] = b;
+        this.arrays.addTriangle(a, b, c);
+        if (this.eitherWay)
+            this.arrays.addTriangle(a, c, b);
     }
 
     addWhole(x, y, size) {
@@ -381,7 +360,7 @@ export class MeshBuilder {
                     sum += atCentre[j];
                     ++count;
                 }
-            const here = this.corner(px, py), centre = this.addPoint(...mean, Math.max(sum / count, 0));
+            const here = this.corner(px, py), centre = this.arrays.addPoint(...mean, Math.max(sum / count, 0));
             const next = this.towards(places[i], places[(i + 1) % 4], joined[i]);
             const last = this.towards(places[i], places[(i + 3) % 4], joined[(i + 3) % 4]);
             this.add(here, next, centre);
@@ -394,7 +373,7 @@ export class MeshBuilder {
         const half = isJoined
             ? 0.5 * (k[i] + k[j])
             : Math.max(this.continued(x, y, 0.5 * (toX - x), 0.5 * (toY - y)), 0);
-        return this.addPoint(0.5 * (qx[i] + qx[j]), 0.5 * (qy[i] + qy[j]), 0.5 * (qz[i] + qz[j]), half);
+        return this.arrays.addPoint(0.5 * (qx[i] + qx[j]), 0.5 * (qy[i] + qy[j]), 0.5 * (qz[i] + qz[j]), half);
     }
 
     /// The inverse distance that a point's own surface has a little beside it.

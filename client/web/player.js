@@ -10,6 +10,8 @@ const mostEmptyLaps = 3;
 export class Player {
     /// Calls onNote(text) and onProblem(error).
     constructor(helper, name, {isLive, onNote, onProblem}) {
+        this.helper = helper;
+        this.name = name;
         this.isLive = isLive;
         // What is still on its way when it is closed is nobody's concern.
         this.onNote = text => this.isClosed || onNote(text);
@@ -27,20 +29,31 @@ export class Player {
         this.loops = true;
         this.passed = 0;     // frames that went without having been shown
         this.bytes = 0;
-        this.maker = new FrameMaker(helper, {
-            isLive, onProblem: this.onProblem, onNote: this.onNote,
-            onFrame: frame => this.came(frame),
-        });
+        this.begin();
         this.recording = isLive ? null : new Recording(this.maker);
         this.hasCome = false;  // a frame, since it began
         this.emptyLaps = 0;    // one after the other
+    }
+
+    /// A stream begins: at first, and where a server that was lost is there again. The frame on show stays until the
+    /// first one comes. What is still on its way of the stream before is left out.
+    begin() {
+        if (this.maker) {
+            this.passed += this.maker.passed;
+            this.maker.close();
+        }
+        const ifCurrent = act => what => maker === this.maker && act(what);
+        const maker = this.maker = new FrameMaker(this.helper, {
+            isLive: this.isLive, onProblem: ifCurrent(this.onProblem), onNote: ifCurrent(this.onNote),
+            onFrame: frame => maker === this.maker ? this.came(frame) : maker.forget(frame),
+        });
         this.packets = Promise.resolve();
-        this.reader = new StreamReader(name, packet => {
+        this.reader = new StreamReader(this.name, packet => {
             if (this.recording)
                 this.recording.add(packet);
             else
-                this.packets = this.packets.then(() => this.pushLive(packet)).catch(this.onProblem);
-        }, this.maker.leftOut);
+                this.packets = this.packets.then(() => this.pushLive(maker, packet)).catch(ifCurrent(this.onProblem));
+        }, maker.leftOut);
         this.highest = -1;  // index of a live stream's main packets
         this.noted = 0;
     }
@@ -52,17 +65,19 @@ export class Player {
     }
 
     /// A recording that its server sends over and over begins again with lower numbers.
-    async pushLive(packet) {
+    async pushLive(maker, packet) {
         const {role, key, info} = packet;
-        if (role === "main") {
+        if (role === "main" && maker === this.maker) {
             if (key && info.index <= this.highest) {
-                await this.maker.finish();
-                this.maker.restart();
+                await maker.finish();
+                if (maker !== this.maker)
+                    return;
+                maker.restart();
                 this.highest = -1;
             }
             this.highest = Math.max(this.highest, info.index);
         }
-        await this.maker.push(packet);
+        await maker.push(packet);
     }
 
     tellProblems() {
@@ -245,6 +260,16 @@ export class Player {
         recording.rewind(recording.frameAt(wanted));
         this.time = wanted - recording.start;
         this.rewound();
+    }
+
+    /// Of a recording: stops so many frames from the one on show.
+    step(frames) {
+        if (!this.shown || this.isLive)
+            return;
+        this.plays = false;
+        const {frames: all, times, start} = this.recording, at = all.indexOf(this.shown.index) + frames;
+        if (at >= 0 && at < all.length)
+            this.seek(times.get(all[at]) - start);
     }
 
     /// The frame of this index, once it is decoded, on show.

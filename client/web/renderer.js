@@ -352,13 +352,13 @@ export class Renderer {
     }
 
     /// Eyes' pictures onto part of a framebuffer: {left, bottom, width, height}.
-    show(framebuffer, place, leftEye, rightEye, anaglyph) {
+    show(framebuffer, place, leftEye, rightEye, anaglyph, fading) {
         const {gl, programs, numbers} = this;
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.bindVertexArray(this.empty);
         gl.viewport(place.left, place.bottom, place.width, place.height);
         programs.show.use({
-            left_eye: leftEye, right_eye: rightEye, layout_of: anaglyph ? 1 : 0, from_left: numbers.fromLeft,
+            left_eye: leftEye, right_eye: rightEye, layout_of: anaglyph ? 1 : 0, from_left: numbers.fromLeft, fading,
             from_right: numbers.fromRight, place: [place.left, place.bottom, place.width, place.height],
         }).drawScreen();
     }

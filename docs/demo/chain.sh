@@ -42,7 +42,7 @@ done
 echo "$settings" >"$out/settings.txt"
 
 say "3/7 encode"
-run equistream encode "$out/sphere" --out "$out/pavilion.mp4" --crf 16
+run equistream encode "$out/sphere" --out "$out/pavilion.mp4" --crf 16 --depth pece420 # a code that every browser decodes
 equistream info "$out/pavilion.mp4"
 
 say "4/7 play"
@@ -72,5 +72,6 @@ equistream info "$out/sphere/centre" --pictures "$out/pictures/sphere" >/dev/nul
 for eye in left right; do
     equistream info "$out/truth-2/$eye" --pictures "$out/pictures/$eye" >/dev/null
 done
+cp "$(dirname "$(realpath "$(command -v equistream)")")/../share/equistream/web.html" "$out/web.html"
 python3 "$here/page.py" "$out"
 echo "open $out/index.html"

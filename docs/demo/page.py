@@ -135,6 +135,7 @@ def main():
         "HEADS": results.heads(),
         "TURNED": results.turned(),
         "REACH": results.reach_cm(),
+        "FRAMES": str(len(results.play["eyes"]["frames"])),
         "LINKS": results.links(),
         "SPHERE": results.picture("sphere", "colour"),
         "YAW": "0",

@@ -1,9 +1,20 @@
 #!/usr/bin/env bash
 # Builds the site of docs/: open OUT/index.html. Installs MkDocs into build/site-venv first, which takes ten seconds.
-#   build.sh [OUT]     (OUT: build/site)
+#   build.sh [--gallery] [OUT]     (OUT: build/site)
+# --gallery: renders the gallery into build/gallery (gallery.sh: minutes, with the built programs on the PATH) and puts it into the
+# site. Its streams need a server: python3 -m http.server --bind 127.0.0.1 --directory OUT 8000.
 # `build/site-venv/bin/mkdocs serve` shows each page as it is written. Exit status 77: MkDocs could not be installed.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
+gallery=
+if [ "${1:-}" = --gallery ]; then
+    gallery=$PWD/build/gallery
+    shift
+    command -v equistream >/dev/null || {
+        echo "--gallery: expected equistream on the PATH, found none: build it, then PATH=\$PWD/build/release/bin:\$PATH $0 --gallery" >&2
+        exit 2
+    }
+fi
 out=$(realpath -m "${1:-build/site}")
 venv=build/site-venv
 
@@ -17,5 +28,6 @@ if ! sha256sum --check --status "$venv/requirements.sha256" 2>/dev/null; then
     }
     sha256sum docs/site/requirements.txt >"$venv/requirements.sha256"
 fi
-NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --quiet --site-dir "$out"
+[ -z "$gallery" ] || docs/site/gallery.sh "$gallery"
+EQUISTREAM_SITE_GALLERY=$gallery NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --quiet --site-dir "$out"
 echo "open $out/index.html"

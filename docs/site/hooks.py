@@ -1,17 +1,22 @@
-"""What makes a site of docs/ as it lies in the repository: the README is the home page, and whatever else pages link to outside docs/ gets a page of its own."""
+"""Makes a site of docs/ as it lies in the repository. The README is the home page. Files outside docs/ that pages link to get pages of
+their own. With EQUISTREAM_SITE_GALLERY=FOLDER the gallery that gallery.sh made there is in the site, and is linked (build.sh --gallery)."""
 
 import json
+import os
 import posixpath
 import re
 import subprocess
 from pathlib import Path
 
 from mkdocs.structure.files import File, InclusionLevel
+from mkdocs.structure.nav import Link
 
 ROOT = Path(__file__).resolve().parents[2]
 LINK = re.compile(r"(\]\()([^)\s#:]+)(#[^)\s]*)?(?=\))")
 PAGES = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
 LANGUAGES = {".h": "cpp", ".hpp": "cpp", ".cpp": "cpp", ".inc": "cpp", ".py": "python", ".sh": "sh", ".json": "json"}
+GALLERY = os.environ.get("EQUISTREAM_SITE_GALLERY")
+GALLERY_PAGE = "guide/gallery.md"
 GROWN_FROM = {}
 """Of a page that does not lie in docs/: its path in the repository."""
 
@@ -84,7 +89,19 @@ def on_files(files, config):
         else:
             page = File.generated(config, uri, abs_src_path=str(ROOT / path))
         files.append(page)
+    for file in sorted(Path(GALLERY).iterdir()) if GALLERY else []:
+        files.append(File.generated(config, f"gallery/{file.name}", abs_src_path=str(file)))
     return files
+
+
+def on_nav(nav, files, **_):
+    """The gallery stands behind the page that leads to it."""
+    if GALLERY:
+        page = files.get_file_from_path(GALLERY_PAGE).page
+        link = Link("Look around", "gallery/index.html")
+        link.parent = page.parent
+        page.parent.children.insert(page.parent.children.index(page) + 1, link)
+    return nav
 
 
 def on_page_markdown(markdown, page, **_):
@@ -98,4 +115,6 @@ def on_page_markdown(markdown, page, **_):
             return match[0]
         return match[1] + posixpath.relpath(site_path(path), posixpath.dirname(uri) or ".") + (match[3] or "")
 
+    if GALLERY and uri == GALLERY_PAGE:
+        markdown = markdown.replace("\n", "\n\n**[Look around in three scenes](../gallery/index.html)**, in this browser.\n", 1)
     return LINK.sub(moved, markdown)

@@ -413,8 +413,12 @@ Timeline make_timeline(const RenderOptions& options, const SceneDescription& sce
     t.path_frames = static_cast<std::int64_t>(std::floor(t.path.duration_s() * t.frames_per_second + 1e-6)) + 1;
     t.range = options.frames.value_or(cli::FrameRange{0, t.path_frames - 1});
     if (t.range.last >= t.path_frames)
-        throw InputError(expected_found("--frames", "frames within the path's 0-" + std::to_string(t.path_frames - 1),
-                                        std::to_string(t.range.first) + "-" + std::to_string(t.range.last)));
+        throw InputError(
+            expected_found("--frames",
+                           options.path.empty() && t.path_frames == 1
+                               ? "0, the only frame of the camera's path (--path CSV gives it a longer one)"
+                               : "frames within the path's 0-" + std::to_string(t.path_frames - 1),
+                           std::to_string(t.range.first) + "-" + std::to_string(t.range.last)));
     return t;
 }
 

@@ -1,12 +1,14 @@
 #include "follow.h"
 #include "host.h"
+#include "scene_notes.h"
 #include "sequence_renderer.h"
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/threads.h>
 #include <programs/cli/process.h>
 
-#include <thread>
+#include <cstdio>
 
 namespace equistream::render_command {
 namespace {
@@ -22,12 +24,14 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
         throw InputError(expected_found("--part", "none: " + host.text().name + " renders whole pictures",
                                         std::to_string(options.part.count) + " parts"));
     if (options.threads == 0)
-        options.threads = std::max(1u, std::thread::hardware_concurrency());
+        options.threads = usable_processors();
     RenderReport report;
     report.threads = options.threads;
     const auto start = Clock::now();
     const SceneDescription& scene = host.describe(options);
     const Timeline timeline = make_timeline(options, scene);
+    for (const std::string& note : scene_notes(scene, timeline.path))
+        std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
     if (options.dry_run)
         return print_plan(options, timeline, host, command);
     host.load(options, timeline);
@@ -57,6 +61,7 @@ int run(int argc, char** argv, RenderHost& host) {
         argc, argv, {"render", text.summary, text.example}, [&](cli::CommandLine& app) -> std::function<void()> {
             const auto options = add_render_options(app, text);
             host.add_options(app);
+            cli::end_where_memory_ends("render");
             return [&host, argc, argv, options] { render(host, options(), cli::quoted_command(argc, argv)); };
         });
 }

@@ -1,13 +1,13 @@
 // The paths that SkyOpenings is learned from, and the balls that cover what they leave a building through.
 #include "path_tracer.h"
 
+#include <equistream/threads.h>
 #include <scenes/embree/embree_rays.h>
 
 #include <algorithm>
 #include <atomic>
 #include <limits>
 #include <memory>
-#include <thread>
 
 namespace equistream::embree_host {
 namespace {
@@ -31,15 +31,13 @@ template <typename Make>
 void for_each_index(std::size_t count, unsigned threads, const Make& make) {
     constexpr std::size_t piece = 64;
     std::atomic<std::size_t> next = 0;
-    std::vector<std::jthread> helpers;
-    for (unsigned i = 0; i < threads; ++i)
-        helpers.emplace_back([&] {
-            trace_thread_init();
-            const auto work = make();
-            for (std::size_t begin = next.fetch_add(piece); begin < count; begin = next.fetch_add(piece))
-                for (std::size_t k = begin; k < std::min(begin + piece, count); ++k)
-                    work(k);
-        });
+    const auto helpers = start_threads(threads, [&] {
+        trace_thread_init();
+        const auto work = make();
+        for (std::size_t begin = next.fetch_add(piece); begin < count; begin = next.fetch_add(piece))
+            for (std::size_t k = begin; k < std::min(begin + piece, count); ++k)
+                work(k);
+    });
 }
 
 glm::vec3 unpacked(const PackedDirection& packed) {

@@ -1,9 +1,11 @@
 #pragma once
-/// The edge of the C ABI: exceptions become a status and a line of text, structs are taken by their size.
+/// The edge of the C ABI: exceptions become a status and a line of text, structs are taken by their size, and a host's
+/// traps for floating-point exceptions stay outside.
 #include <equistream/abi_types.h>
 #include <equistream/error.h>
 
 #include <algorithm>
+#include <cfenv>
 #include <cstddef>
 #include <cstring>
 #include <new>
@@ -27,8 +29,22 @@ inline es_status failed(es_error* error, es_status status, std::string_view text
     return status;
 }
 
+/// While it lives, floating-point exceptions end nothing in this thread, nor in those that it starts. Some hosts have
+/// them do so (feenableexcept), and libraries divide by zero and go on with infinity.
+class NoTraps {
+public:
+    NoTraps() { std::feholdexcept(&of_host_); }
+    ~NoTraps() { std::fesetenv(&of_host_); }
+    NoTraps(const NoTraps&) = delete;
+    NoTraps& operator=(const NoTraps&) = delete;
+
+private:
+    std::fenv_t of_host_{};
+};
+
 template <typename Work>
 es_status guarded(es_error* error, Work work) noexcept {
+    const NoTraps no_traps;
     try {
         work();
         return ES_OK;

@@ -163,6 +163,7 @@ struct DisplayTransform::Processors {
 };
 
 DisplayTransform::DisplayTransform(const std::string& view) : processors_(std::make_unique<Processors>()) {
+    const PlainStreams plain;
     const auto config = load_bundled_config();
     check_view(*config, default_display, view);
     processors_->to_display = make_processor(*config, view, ocio::TRANSFORM_DIR_FORWARD);
@@ -187,6 +188,7 @@ struct PqEncoding::Processor {
 };
 
 PqEncoding::PqEncoding() : processor_(std::make_unique<Processor>()) {
+    const PlainStreams plain;
     processor_->cpu = load_bundled_config()
                           ->getProcessor(pq_of_linear(ocio::TRANSFORM_DIR_FORWARD))
                           ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
@@ -228,6 +230,7 @@ HdrDisplay::HdrDisplay(const HdrDisplaySettings& settings)
     : settings_(settings), transforms_(std::make_unique<Transforms>()) {
     if (!(std::abs(settings.exposure_stops) <= max_exposure_stops))
         throw InputError(expected_found("exposure", "-20 to 20 stops", in_words(settings.exposure_stops)));
+    const PlainStreams plain;
     const ocio::ConstConfigRcPtr bundled = load_bundled_config();
     const bool own = settings.config.empty();
     const ocio::ConstConfigRcPtr config = own ? bundled : load_config(settings.config);
@@ -268,6 +271,7 @@ FloatImage HdrDisplay::to_display(ImageView<const float> pq) const {
 }
 
 DisplayShader HdrDisplay::shader() const {
+    const PlainStreams plain;
     auto desc = ocio::GpuShaderDesc::CreateShaderDesc();
     desc->setLanguage(ocio::GPU_LANGUAGE_GLSL_4_0);
     desc->setFunctionName(DisplayShader::function);

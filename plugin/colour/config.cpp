@@ -2,9 +2,36 @@
 
 #include <equistream/error.h>
 
+#include <clocale>
 #include <sstream>
 
 namespace equistream {
+namespace {
+
+std::unique_lock<std::mutex> locked() {
+    static std::mutex mutex;
+    return std::unique_lock(mutex);
+}
+
+/// Without a name: one that has a name sets the locale of C functions too.
+std::locale plain_locale() {
+    return {std::locale::classic(), new std::numpunct<char>};
+}
+
+}  // namespace
+
+PlainStreams::PlainStreams() : lock_(locked()) {
+    if (std::locale() != std::locale::classic())
+        of_host_ = std::locale::global(plain_locale());
+}
+
+PlainStreams::~PlainStreams() {
+    if (!of_host_)
+        return;
+    const std::string of_c_functions = std::setlocale(LC_ALL, nullptr);
+    std::locale::global(*of_host_);
+    std::setlocale(LC_ALL, of_c_functions.c_str());
+}
 
 ocio::ConstConfigRcPtr load_bundled_config() {
     std::istringstream text(bundled_config_text());

@@ -10,6 +10,9 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <locale>
+#include <mutex>
+#include <optional>
 #include <string>
 
 namespace equistream {
@@ -20,6 +23,21 @@ inline constexpr const char* scene_space = "Linear Rec.709 (sRGB)";
 
 /// Radiance beyond this (and infinities) is white in every view; the bound keeps infinities out of the matrices.
 inline constexpr float max_radiance = 65504.0f;
+
+/// While it lives, new C++ streams read and write numbers as in the "C" locale: OpenColorIO reads configs and writes
+/// shaders by them. Their locale is the whole process's (std::locale::global), so one lives at a time. The locale of C
+/// functions stays as it is: OpenColorIO does not mind it.
+class PlainStreams {
+public:
+    PlainStreams();
+    ~PlainStreams();
+    PlainStreams(const PlainStreams&) = delete;
+    PlainStreams& operator=(const PlainStreams&) = delete;
+
+private:
+    std::unique_lock<std::mutex> lock_;
+    std::optional<std::locale> of_host_;  ///< where it was another
+};
 
 /// The text of the one that is compiled in, so that no install path is needed.
 const char* bundled_config_text();

@@ -1,4 +1,4 @@
-#include "row_kernels.h"
+#include "plain_pixels.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_code.h>
@@ -93,9 +93,11 @@ private:
     int bits_;
 };
 
-/// d is rounded to a whole step, and the waves once more by as much: two roundings of half a step.
+/// Steps of d that rounding to a whole one may change, and rounding the wave to one of 255 values over half a period.
+constexpr double pece_rounding = 0.5, wave_rounding = 0.5 * depth_rows::pece_half_period / 255;
+
 int pece_levels(const DepthRange& range) {
-    return static_cast<int>(Scale(range, depth_rows::pece_full).top) / 2;
+    return static_cast<int>(Scale(range, depth_rows::pece_full).top / (2 * (pece_rounding + wave_rounding)));
 }
 
 /// Three planes of bytes of the picture's size: pece444 or hue.
@@ -144,6 +146,13 @@ public:
     PlaneFormat format() const override { return {PlaneLayout::yuv420, 8}; }
     int levels(const DepthRange& range) const override { return pece_levels(range); }
 
+    /// Of the wave that four pixels share one pixel's own is a quarter; the others' may lie half a period away. The
+    /// pixel's own rounding counts a quarter too, and the mean is rounded once more.
+    double max_error(const DepthRange& range) const override {
+        constexpr double steps = 0.75 * depth_rows::pece_half_period + pece_rounding + 1.25 * wave_rounding;
+        return steps / double(Scale(range, depth_rows::pece_full).top);
+    }
+
     std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
                       const PlanesView& planes) const override {
         const Scale scale(range, depth_rows::pece_full);
@@ -184,6 +193,11 @@ public:
 };
 
 }  // namespace
+
+double DepthCode::max_error(const DepthRange& range) const {
+    const int steps = levels(range);
+    return steps == 0 ? 0 : 0.5 / steps;
+}
 
 const char* depth_code_name(DepthCodeId code) {
     return names[static_cast<std::size_t>(code)].data();

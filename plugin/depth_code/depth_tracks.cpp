@@ -19,11 +19,8 @@ double distance_of(double w, double box_radius_m) {
 }  // namespace
 
 double quantisation_bound_rad(const DepthCode& code, const DepthRange& range) {
-    const int levels = code.levels(range);
-    if (levels == 0)
-        return 0;
-    const double step = bounded_inverse_depth(range.near_m, range.box_radius_m) / levels;
-    return std::asin(std::min(1.0, step / 2));
+    const double nearest_w = bounded_inverse_depth(range.near_m, range.box_radius_m);
+    return std::asin(std::min(1.0, nearest_w * code.max_error(range)));
 }
 
 double depth_tolerance_w(const std::optional<DepthCodeInfo>& code) {

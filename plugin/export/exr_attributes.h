@@ -1,6 +1,7 @@
 #pragma once
 /// FrameInfo as EXR attributes and back (docs/conventions.md, "EXR files").
 #include "exr_session.h"
+#include "unit_orientation.h"
 
 #include <equistream/camera.h>
 #include <equistream/camera_limits.h>
@@ -146,7 +147,7 @@ public:
         const Pose pose{{position.x, position.y, position.z}, quaternion(orientation_name)};
         require(position_mismatch(pose.position_m), position_name);
         require(orientation_mismatch(pose.orientation), orientation_name);
-        return pose;
+        return {pose.position_m, unit_orientation(pose.orientation)};
     }
     std::string file() const { return session_.file().string(); }
     [[noreturn]] void refuse(const char* name, const std::string& expected, const std::string& found) const {

@@ -1,10 +1,13 @@
 #pragma once
-/// Spreads independent pieces of one frame over the machine's cores. Plain threads: a plugin that is loaded into
-/// foreign renderers should not bring a task scheduler of its own.
+/// Spreads independent pieces of one frame over the cores that this process may use. Plain threads: a plugin that is
+/// loaded into foreign renderers should not bring a task scheduler of its own.
+#include <equistream/threads.h>
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -29,11 +32,15 @@ void for_each_index(int count, MakeState make_state, Work work) {
             next = count;
         }
     };
-    const int cores = static_cast<int>(std::thread::hardware_concurrency());
+    const int cores = static_cast<int>(usable_processors());
     {
         std::vector<std::jthread> helpers;
-        for (int i = 1; i < std::min({cores, count, 16}); ++i)
-            helpers.emplace_back(run);
+        try {
+            for (int i = 1; i < std::min({cores, count, 16}); ++i)
+                helpers.emplace_back(run);
+        } catch (const std::system_error&) {
+            // There are no more threads to be had. This one does the work too.
+        }
         run();
     }
     if (failure)

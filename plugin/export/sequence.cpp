@@ -1,4 +1,5 @@
 #include "frame_json.h"
+#include "unit_orientation.h"
 
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
@@ -116,7 +117,7 @@ Pose pose_from_json(const Section& in) {
     const Pose pose{{p[0], p[1], p[2]}, glm::dquat(q[0], q[1], q[2], q[3])};
     in.require(position_mismatch(pose.position_m), "position_m");
     in.require(orientation_mismatch(pose.orientation), "orientation_wxyz");
-    return pose;
+    return {pose.position_m, unit_orientation(pose.orientation)};
 }
 
 Camera camera_from_json(const Section& in) {

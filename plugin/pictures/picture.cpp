@@ -1,3 +1,4 @@
+#include "image_file.h"
 #include "png_check.h"
 
 #include <equistream/aov.h>
@@ -28,9 +29,10 @@ ByteImage read_picture(const fs::path& file) {
     OIIO::Filesystem::IOFile whole(file.string(), OIIO::Filesystem::IOProxy::Read);
     if (const auto damage = png_damage(whole))
         throw InputError(expected_found(file.string(), "a whole PNG picture", *damage));
-    const auto input = OIIO::ImageInput::open(file.string());
+    std::string problem;
+    const auto input = open_image_file(file, problem);
     if (!input)
-        throw InputError(expected_found(file.string(), "a picture", OIIO::geterror()));
+        throw InputError(expected_found(file.string(), "a picture", problem));
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > max_image_side ||
         spec.height > max_image_side || std::int64_t{spec.width} * spec.height > max_image_pixels)

@@ -4,6 +4,7 @@
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
+#include <plugin/export/unit_orientation.h>
 
 #include <algorithm>
 #include <array>
@@ -133,6 +134,7 @@ public:
         for (double* q : {&pose.orientation.w, &pose.orientation.x, &pose.orientation.y, &pose.orientation.z})
             *q = get<double>();
         require(what, pose_mismatch(pose));
+        pose.orientation = unit_orientation(pose.orientation);
         return pose;
     }
 

@@ -53,6 +53,22 @@ std::string extension_of(const std::string& target) {
     return extension;
 }
 
+/// Where a link leads, its file is replaced and not the link. The file need not be there yet.
+std::string behind_links(const std::string& target) {
+    namespace fs = std::filesystem;
+    constexpr int most_links = 40;  // as the system follows
+    fs::path file = target;
+    std::error_code error;
+    for (int links = 0; fs::is_symlink(file, error); ++links) {
+        const fs::path leads_to = links < most_links ? fs::read_symlink(file, error) : fs::path();
+        if (leads_to.empty())
+            throw InputError(expected_found(target, "a place that can be written",
+                                            error ? error.message() : "a symbolic link that leads back to itself"));
+        file = file.parent_path() / leads_to;
+    }
+    return file.string();
+}
+
 }  // namespace
 
 int Output::write_bytes(void* self, std::uint8_t* bytes, int size) {
@@ -98,9 +114,7 @@ void Output::write_to_file(const std::uint8_t* bytes, int size) {
 
 /// What an earlier run left there is overwritten, once it is certain that nobody is writing it now.
 void Output::open_aside() {
-    std::error_code error;  // where a link leads, its file is replaced and not the link
-    if (std::filesystem::is_symlink(target_, error))
-        target_ = std::filesystem::weakly_canonical(target_, error).string();
+    target_ = behind_links(target_);
     aside_ = target_ + ".part";
     file_ = open_locked_file(aside_);
     if (file_ < 0 && errno == EWOULDBLOCK)

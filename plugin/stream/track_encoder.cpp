@@ -10,6 +10,8 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace equistream {
 
@@ -88,9 +90,12 @@ void set_encoder_options(const StreamSettings& settings, const TrackSettings& tr
     if (track.codec(settings.codec) == Codec::h264) {
         options.set("sc_threshold", "0");
         std::string more = depth ? "aq-mode=0:psy=0:no-deblock=1" : "";
+        const auto add = [&](const std::string& option) { more += (more.empty() ? "" : ":") + option; };
+        if (settings.live)
+            add("stitchable=1");  // parameter sets do not hang on quality (follow_crf)
         // libx264's AVX-512 macroblock tree reads memory that was never written: other bytes each time, and worse.
         if ((av_get_cpu_flags() & AV_CPU_FLAG_AVX512) != 0)
-            more += (more.empty() ? "" : ":") + std::string("asm=avx2");
+            add("asm=avx2");
         if (!more.empty())
             options.set("x264-params", more);
         return;
@@ -183,11 +188,11 @@ void check_stream_settings(const StreamSettings& settings) {
 }
 
 TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header)
-    : track_(track), transfer_(settings.transfer),
+    : settings_(settings), track_(track), global_header_(global_header), transfer_(settings.transfer),
       depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
       codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {
     if (const auto crf = track.coded_crf(settings.crf))
-        crf_ = static_cast<float>(*crf);
+        crf_ = opened_crf_ = static_cast<float>(*crf);
 }
 
 void TrackEncoder::set_crf(double crf) {
@@ -197,8 +202,23 @@ void TrackEncoder::set_crf(double crf) {
     if (codec_->codec_id != AV_CODEC_ID_H264 || !crf_)
         throw WorkError(
             expected_found(where, "H.264, whose quality can change from picture to picture", codec_->codec->name));
+    constexpr float differs = 1;
     crf_ = static_cast<float>(crf);
+    has_strayed_ = has_strayed_ || std::abs(*crf_ - *opened_crf_) >= differs;
     av_opt_set_double(codec_->priv_data, "crf", crf, 0);
+}
+
+/// Another encoder goes on where a group begins. No picture waits in that of a live stream.
+void TrackEncoder::follow_crf() {
+    if (!settings_.live || !std::exchange(has_strayed_, false))
+        return;
+    TrackSettings track = track_;
+    track.crf = *crf_;
+    av::Codec codec = open_encoder(settings_, track, depth_code_.get(), global_header_);
+    if (std::ranges::equal(std::span(codec->extradata, std::size_t(codec->extradata_size)),
+                           std::span(codec_->extradata, std::size_t(codec_->extradata_size))))
+        codec_ = std::move(codec);
+    opened_crf_ = crf_;
 }
 
 void TrackEncoder::require_size(int width, int height, int channels, int wanted_channels) const {
@@ -252,6 +272,8 @@ av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& i
 
 void TrackEncoder::encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
                           const std::function<void(AVPacket&)>& emit) {
+    if (picture->pict_type == AV_PICTURE_TYPE_I)
+        follow_crf();
     picture->pts = pts;
     if (!payload.empty()) {
         AVFrameSideData* data = av_frame_new_side_data(picture.get(), AV_FRAME_DATA_SEI_UNREGISTERED, payload.size());

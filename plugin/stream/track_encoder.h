@@ -22,7 +22,8 @@ public:
     const AVCodecContext& codec() const { return *codec_; }
     /// As frame data says it.
     std::optional<float> crf() const { return crf_; }
-    /// From the next picture on; libx264 alone can.
+    /// From the next picture on; libx264 alone can. Of a live stream the next key frame has it in full; else libx264
+    /// gives key frames the mean quality of many pictures before.
     void set_crf(double crf);
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
@@ -36,16 +37,20 @@ public:
     void drain(const std::function<void(AVPacket&)>& emit) { send(nullptr, emit); }
 
 private:
+    void follow_crf();
     void send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit);
     void require_size(int width, int height, int channels, int wanted_channels) const;
     void require_colour(Transfer transfer) const;
 
+    StreamSettings settings_;
     TrackSettings track_;
+    bool global_header_;
     Transfer transfer_;
     std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
-    std::optional<float> crf_;
-    std::int64_t pictures_ = 0;  ///< handed to the encoder
+    std::optional<float> crf_, opened_crf_;  ///< of the next picture, and of the encoder when it was opened
+    bool has_strayed_ = false;               ///< its pictures had another one meanwhile
+    std::int64_t pictures_ = 0;              ///< handed to the encoder
     av::Packet packet_ = av::make_packet();
 };
 

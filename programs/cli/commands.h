@@ -89,14 +89,25 @@ struct Host {
     std::string_view name;
     std::string_view program;        ///< beside the dispatcher
     std::string_view how_to_get_it;  ///< said where this build does not have it
+    bool needs_avx2 = false;         ///< its libraries would end by SIGILL without a word
 };
+
+/// A processor that has it has all else that those libraries use.
+inline bool has_avx2() {
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx2") != 0;
+#else
+    return false;
+#endif
+}
 
 /// The first is the default.
 inline constexpr std::array hosts = {
     Host{"embree", "equistream-render-embree", "configure with it and build"},
     Host{"mitsuba", "equistream-render-mitsuba",
          "build the target programs; without build/venv first pip install mitsuba==3.9.1 nanobind==2.14.0 and "
-         "configure again (docs/mitsuba.md)"},
+         "configure again (docs/mitsuba.md)",
+         true},
 };
 
 /// "embree or mitsuba".
@@ -106,8 +117,10 @@ inline std::string host_names() {
     return in_a_sentence(names, " or ");
 }
 
-/// The program of a host. Throws InputError for what is none and where this build does not have it.
-inline std::filesystem::path host_program(const std::string& name, const std::filesystem::path& folder) {
+/// The program of a host. Throws InputError for what is none, where this build does not have it, and where this
+/// machine's processor cannot run it.
+inline std::filesystem::path host_program(const std::string& name, const std::filesystem::path& folder,
+                                          bool avx2_is_there = has_avx2()) {
     const auto host = std::ranges::find(hosts, name, &Host::name);
     if (host == hosts.end())
         throw InputError(expected_found("--host", host_names(), "'" + name + "'"));
@@ -116,6 +129,11 @@ inline std::filesystem::path host_program(const std::string& name, const std::fi
     if (!std::filesystem::exists(program, error))
         throw InputError(
             expected_found("--host " + name, program.string(), "none; to get it: " + std::string(host->how_to_get_it)));
+    if (host->needs_avx2 && !avx2_is_there)
+        throw InputError(expected_found("--host " + name, "a processor with AVX2",
+                                        "one without (in a virtual machine, let it have the host's processor); "
+                                        "--host " +
+                                            std::string(hosts.front().name) + " needs none"));
     return program;
 }
 

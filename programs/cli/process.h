@@ -1,5 +1,7 @@
 #pragma once
 /// Other programs of ours, which lie beside this one, files that only this process needs, and how a signal ends it.
+#include "own_folder.h"
+
 #include <atomic>
 #include <filesystem>
 #include <string>
@@ -10,9 +12,6 @@ namespace equistream::cli {
 struct ChildFailed {
     int exit_code;
 };
-
-/// Of the running program: the others lie beside it.
-std::filesystem::path own_folder();
 
 // Where files lie that only this process needs. The folder and all in it go with the object, or where SIGINT, SIGTERM
 // or SIGHUP ends the process. A program that handles these signals itself does so before it makes the first folder.

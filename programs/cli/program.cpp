@@ -15,10 +15,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <limits>
 #include <new>
@@ -63,7 +66,24 @@ void hold_standard_streams() {
             static_cast<void>(open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
 }
 
+std::array<char, 80> out_of_memory_line;  // made while there is memory
+
+/// Nothing is thrown through libraries: where it leaves one of their threads, the others may wait for it for ever.
+[[noreturn]] void end_without_memory() {
+    static std::atomic_flag is_ending;
+    while (is_ending.test_and_set())
+        pause();
+    [[maybe_unused]] const ssize_t written =
+        write(STDERR_FILENO, out_of_memory_line.data(), std::strlen(out_of_memory_line.data()));
+    _exit(exit_failed);
+}
+
 }  // namespace
+
+void end_where_memory_ends(const std::string& name) {
+    std::snprintf(out_of_memory_line.data(), out_of_memory_line.size(), "equistream %s: out of memory\n", name.c_str());
+    std::set_new_handler(end_without_memory);
+}
 
 int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CommandLine&)>& setup) {

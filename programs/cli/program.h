@@ -6,6 +6,7 @@
 #include <equistream/text.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <iterator>
@@ -89,6 +90,13 @@ Option add_progress_option(CommandLine& app, std::string& progress);
 
 /// "auto" (a bar on a terminal, nothing elsewhere), "json" (a line per step on stderr), "none".
 ProgressStyle parse_progress(const std::string& text);
+
+/// From now on: where `new` finds no memory, the process ends at once with one line and code 1. For programs whose work
+/// is done in threads of libraries.
+void end_where_memory_ends(const std::string& name);
+
+/// A bar that fits into a line of the terminal. `left`: how long it takes still, in words. `columns`: 0 is not known.
+std::string progress_line(const std::string& what, double fraction, const std::string& left, std::size_t columns);
 
 /// Progress with time left. Thread-safe; draws at most ten times a second.
 class Progress {

@@ -4,12 +4,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 namespace equistream::cli {
@@ -24,6 +26,21 @@ std::string clock_text(double seconds) {
 }
 
 }  // namespace
+
+std::string progress_line(const std::string& what, double fraction, const std::string& left, std::size_t columns) {
+    constexpr std::size_t widest = 30, narrowest = 5;
+    // As wide in each line: what is left of the one before is written over.
+    const std::string numbers = formatted(" %3.0f%% %-14s", 100 * fraction, left.c_str());
+    const std::size_t room = columns == 0 ? std::string::npos : columns - 1;  // the cursor stands behind it
+    const std::size_t taken = what.size() + std::strlen(" []") + numbers.size();
+    const std::size_t width = std::min(widest, room - std::min(room, taken));
+    std::string line = what;
+    if (width >= narrowest) {
+        const auto filled = std::size_t(fraction * double(width));
+        line += " [" + std::string(filled, '#') + std::string(width - filled, '.') + "]";
+    }
+    return (line + numbers).substr(0, room);
+}
 
 ProgressStyle parse_progress(const std::string& text) {
     return parse_word<ProgressStyle>("--progress", text, std::array{"auto", "json", "none"});
@@ -44,12 +61,11 @@ double Progress::seconds_left(double done) const {
 }
 
 void Progress::draw(double done) {
-    constexpr std::size_t width = 30;
     const double fraction = total_ > 0 ? std::clamp(done / total_, 0.0, 1.0) : 1;
-    const auto filled = std::size_t(fraction * width);
     const std::string left = done > 0 ? clock_text(seconds_left(done)) + " left" : "";
-    std::fprintf(stderr, "\r%s [%s%s] %3.0f%% %s   ", what_.c_str(), std::string(filled, '#').c_str(),
-                 std::string(width - filled, '.').c_str(), 100 * fraction, left.c_str());
+    winsize terminal{};
+    ioctl(STDERR_FILENO, TIOCGWINSZ, &terminal);
+    std::fprintf(stderr, "\r%s", progress_line(what_, fraction, left, terminal.ws_col).c_str());
     std::fflush(stderr);
     is_drawn_ = true;
 }

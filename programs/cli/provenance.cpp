@@ -1,9 +1,9 @@
 #include "provenance.h"
 
 #include <client/transport/address.h>
+#include <equistream/threads.h>
 
 #include <fstream>
-#include <thread>
 
 namespace equistream::cli {
 
@@ -22,7 +22,7 @@ std::string cpu_model() {
 nlohmann::ordered_json provenance(const std::string& command) {
     return {{"command", without_secrets(command)},
             {"version", EQUISTREAM_VERSION},
-            {"machine", {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}}}};
+            {"machine", {{"cpu", cpu_model()}, {"threads", usable_processors()}}}};
 }
 
 }  // namespace equistream::cli

@@ -2,6 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/text.h>
+#include <equistream/threads.h>
 
 #include <hwy/highway.h>
 
@@ -11,7 +12,6 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -38,7 +38,7 @@ Finding probe_processor() {
     // The lowest is the best one. Of those that our loops are compiled for.
     const std::int64_t usable = hwy::SupportedTargets() & (HWY_TARGETS), best = usable & -usable;
     const int bits = vector_bits(best);
-    const unsigned threads = std::thread::hardware_concurrency();
+    const unsigned threads = usable_processors();
     const std::string vectors = bits > 0 ? std::to_string(bits) + " bits" : "no vectors";
     return Finding::ok(formatted("%s (%s), %u threads", vectors.c_str(), hwy::TargetName(best), threads),
                        {{"vector_bits", bits}, {"instruction_set", hwy::TargetName(best)}, {"threads", threads}});

@@ -43,7 +43,7 @@ struct EncodedTrack {
     std::filesystem::path folder;
     std::int64_t bytes = 0;
     std::optional<DepthRange> range{};  ///< of a depth track: of its first group
-    double bound_rad = 0;             ///< of a depth track: the worst that its steps displace a point by, in any group
+    double bound_rad = 0;             ///< of a depth track: the worst that its code displaces a point by, in any group
     std::int64_t clamped_pixels = 0;  ///< of a depth track: coded farther away than they are, in all its pictures
 };
 

@@ -92,6 +92,8 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
         "the codec",
         depth_code_name(*track.settings.depth_code), track.range->near_m, track.range->box_radius_m,
         track.bound_rad / error_budget_of_stream_rad());
+    if (track.settings.depth_code == DepthCodeId::pece420)
+        text += ", at worst: where depths that share a sample differ";
     if (track.settings.depth_code == DepthCodeId::lossless)
         text = "        coded without loss";
     if (track.settings.halved)

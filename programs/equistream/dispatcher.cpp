@@ -4,11 +4,13 @@
 #include <equistream/text.h>
 #include <programs/cli/columns.h>
 #include <programs/cli/commands.h>
+#include <programs/cli/own_folder.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -20,6 +22,7 @@ namespace {
 
 using equistream::cli::Command;
 using equistream::cli::commands;
+using equistream::cli::own_folder;
 
 namespace fs = std::filesystem;
 
@@ -65,11 +68,6 @@ std::string host_of(const std::vector<std::string>& words) {
             return words[i].substr(std::strlen("--host="));
     }
     return std::string(equistream::cli::hosts.front().name);
-}
-
-fs::path own_folder() {
-    std::error_code error;
-    return fs::read_symlink("/proc/self/exe", error).parent_path();
 }
 
 /// Becomes the command's program; `words` are the command and what it is given. Returns the exit status where it
@@ -125,9 +123,7 @@ int help(std::vector<std::string> words) {
     return start(*command, words);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     if (words.empty()) {
         print_help(stderr);
@@ -148,4 +144,15 @@ int main(int argc, char** argv) {
         return start(*command, words);
     print_unknown(name);
     return exit_usage;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception& problem) {
+        std::fprintf(stderr, "equistream: %s\n", problem.what());
+        return exit_failed;
+    }
 }

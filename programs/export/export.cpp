@@ -6,6 +6,7 @@
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
+#include <equistream/threads.h>
 #include <programs/cli/frame_runs.h>
 #include <programs/cli/paths.h>
 #include <programs/cli/process.h>
@@ -20,7 +21,6 @@
 #include <array>
 #include <cstdio>
 #include <span>
-#include <thread>
 
 namespace {
 
@@ -151,7 +151,7 @@ void run(const Arguments& a) {
     std::error_code error;
     fs::create_directories(a.out, error);
     cli::require(!error, a.out.string(), "a folder that can be made", error.message());
-    Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency()));
+    Imf::setGlobalThreadCount(int(usable_processors()));
     compositing::DeepCounts counts;
     cli::note_interrupts();
     {

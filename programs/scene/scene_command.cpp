@@ -1,4 +1,5 @@
-/// equistream scene: generate NAME --out DIR, info SCENE, placements SCENE, convert SCENE OUT.
+/// equistream scene: generate NAME --out DIR, info SCENE, describe MODEL, placements SCENE, convert SCENE OUT.
+#include "describe.h"
 #include "summary.h"
 
 #include <equistream/error.h>
@@ -254,6 +255,9 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                     "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
         .required();
     cli::add_json_flag(info_command, informing->json);
+    auto describing = std::make_shared<DescribeArguments>();
+    describing->command = command;
+    cli::CommandLine describe_command = add_describe_command(app, *describing);
     auto converting = std::make_shared<ConvertArguments>();
     converting->command = command;
     cli::CommandLine convert_command = add_convert_command(app, converting);
@@ -263,9 +267,12 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     placements_command.footer("Example:\n  equistream scene placements scenes/motion.json");
     placements_command.add_option("SCENE", *placing, "scene description (JSON)").required();
     app.require_subcommand();
-    return [generating, informing, generate_command, converting, convert_command, placing, placements_command] {
+    return [generating, informing, generate_command, describing, describe_command, converting, convert_command, placing,
+            placements_command] {
         if (generate_command.is_chosen())
             generate(*generating);
+        else if (describe_command.is_chosen())
+            describe(*describing);
         else if (convert_command.is_chosen())
             convert(*converting);
         else if (placements_command.is_chosen())
@@ -282,7 +289,7 @@ int main(int argc, char** argv) {
     const std::string command = equistream::cli::quoted_command(argc, argv);
     return equistream::cli::run_program(
         argc, argv,
-        {"scene", "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
+        {"scene", "Generates bundled scenes, describes models and scenes, converts a scene to Mitsuba XML.",
          "equistream scene generate pavilion --out scenes"},
         [&](equistream::cli::CommandLine& app) { return equistream::set_up(app, command); });
 }

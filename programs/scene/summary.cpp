@@ -19,28 +19,16 @@
 namespace equistream {
 namespace {
 
-struct Box {
-    glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-
-    void add(const glm::dvec3& p) {
-        low = glm::min(low, p);
-        high = glm::max(high, p);
-    }
-    double distance(const glm::dvec3& p) const {
-        return glm::length(glm::max(glm::dvec3(0), glm::max(low - p, p - high)));
-    }
-};
-
-std::vector<Box> mesh_boxes(const SceneModel& model) {
-    std::vector<Box> boxes(model.meshes.size());
+std::vector<WorldBox> mesh_boxes(const SceneModel& model) {
+    std::vector<WorldBox> boxes(model.meshes.size());
     for (std::size_t i = 0; i < boxes.size(); ++i)
         for (const glm::vec3& p : model.meshes[i].positions)
             boxes[i].add(p);
     return boxes;
 }
 
-Box transformed(const Box& box, const glm::mat4& world_from_object) {
-    Box result;
+WorldBox transformed(const WorldBox& box, const glm::mat4& world_from_object) {
+    WorldBox result;
     for (int corner = 0; corner < 8; ++corner)
         result.add(glm::dmat4(world_from_object) * glm::dvec4(corner & 1 ? box.high.x : box.low.x,
                                                               corner & 2 ? box.high.y : box.low.y,
@@ -48,18 +36,9 @@ Box transformed(const Box& box, const glm::mat4& world_from_object) {
     return result;
 }
 
-/// Of what is drawn; the box of a mesh that is turned is larger than the mesh.
-Box box_of(const Mesh& mesh, const glm::dmat4& world_from_object) {
-    Box box;
-    for (const glm::uvec3& t : mesh.triangles)
-        for (const unsigned index : {t.x, t.y, t.z})
-            box.add(world_from_object * glm::dvec4(glm::dvec3(mesh.positions[index]), 1));
-    return box;
-}
-
 /// Instances in order of their boxes' distance, until no box can hold anything nearer.
-double nearest_triangle(const SceneModel& model, const std::vector<Box>& boxes, const std::vector<glm::mat4>& world,
-                        const glm::dvec3& from) {
+double nearest_triangle(const SceneModel& model, const std::vector<WorldBox>& boxes,
+                        const std::vector<glm::mat4>& world, const glm::dvec3& from) {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < model.instances.size(); ++i)
         order.emplace_back(transformed(boxes[model.instances[i].mesh], world[i]).distance(from), i);
@@ -95,7 +74,7 @@ void measure_path(const SceneModel& model, const SceneDescription& scene, SceneS
             out.fastest_turn_deg_s = std::max(out.fastest_turn_deg_s, turn_deg / step_s);
     }
     out.path_duration_s = scene.camera_path.duration_s();
-    const std::vector<Box> boxes = mesh_boxes(model);
+    const std::vector<WorldBox> boxes = mesh_boxes(model);
     const int samples = out.path_duration_s > 0 ? 31 : 1;
     out.nearest_m = std::numeric_limits<double>::infinity();
     for (int i = 0; i < samples; ++i) {
@@ -121,6 +100,29 @@ nlohmann::ordered_json finite_or_null(double value) {
 
 }  // namespace
 
+WorldBox bounds_of(const SceneModel& model, std::span<const glm::mat4> world_from_object) {
+    WorldBox box;
+    for (std::size_t i = 0; i < model.instances.size(); ++i) {
+        const Mesh& mesh = model.meshes[model.instances[i].mesh];
+        const glm::dmat4 transform(world_from_object[i]);
+        for (const glm::uvec3& t : mesh.triangles)
+            for (const unsigned index : {t.x, t.y, t.z})
+                box.add(transform * glm::dvec4(glm::dvec3(mesh.positions[index]), 1));
+    }
+    return box;
+}
+
+std::uint64_t emissive_triangles(const SceneModel& model) {
+    std::uint64_t count = 0;
+    for (const Instance& instance : model.instances) {
+        const Mesh& mesh = model.meshes[instance.mesh];
+        const std::size_t material = mesh.material == no_index ? model.materials.size() - 1 : mesh.material;
+        if (model.materials[material].emission != glm::vec3(0))
+            count += mesh.triangles.size();
+    }
+    return count;
+}
+
 SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     SceneSummary out;
     out.name = scene.name;
@@ -140,19 +142,10 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     if (scene.sky_image)
         out.sky_image = scene.sky_image->file.string();
     out.moving_objects = scene.moving.size();
-    const std::vector<glm::mat4> world = instance_transforms(model, scene, 0);
-    Box all;
-    for (std::size_t i = 0; i < model.instances.size(); ++i) {
-        const Mesh& mesh = model.meshes[model.instances[i].mesh];
-        const Box box = box_of(mesh, glm::dmat4(world[i]));
-        all.add(box.low);
-        all.add(box.high);
-        const std::size_t material = mesh.material == no_index ? model.materials.size() - 1 : mesh.material;
-        if (model.materials[material].emission != glm::vec3(0))
-            out.emissive_triangles += mesh.triangles.size();
-    }
-    out.box_low_m = all.low;
-    out.box_high_m = all.high;
+    out.emissive_triangles = emissive_triangles(model);
+    const WorldBox bounds = bounds_of(model, instance_transforms(model, scene, 0));
+    out.box_low_m = bounds.low;
+    out.box_high_m = bounds.high;
     measure_path(model, scene, out);
     out.head_radius_m = scene.head_radius_m;
     out.box_radius_m = head_box_radius_centre(scene.head_radius_m, default_ipd_m);

@@ -4,9 +4,31 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <cstdint>
+#include <limits>
+#include <span>
 #include <string>
 
 namespace equistream {
+
+/// Nothing lies in it until a point is added.
+struct WorldBox {
+    glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+
+    void add(const glm::dvec3& p) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+    double distance(const glm::dvec3& p) const {
+        return glm::length(glm::max(glm::dvec3(0), glm::max(low - p, p - high)));
+    }
+};
+
+/// Of the corners of all triangles, one transform an instance.
+WorldBox bounds_of(const SceneModel& model, std::span<const glm::mat4> world_from_object);
+
+/// Triangles that emit light, with instances.
+std::uint64_t emissive_triangles(const SceneModel& model);
 
 /// What a live server of a few spheres a second is late by.
 inline constexpr double window_delay_s = 0.25;

@@ -185,7 +185,7 @@ private:
         const Samples samples = pace_.samples();
         tell(pace_.took(seconds_since(ordered_)), samples, seconds_since(ordered_));
         ++coding_;
-        asio::post(worker_, [this, frame, begin_group = stream_.take_joined(), coarser = rate_.coarser(),
+        asio::post(worker_, [this, frame, begin_group = stream_.take_group_wanted(), coarser = rate_.coarser(),
                              times = Times{ordered_, Clock::now(), pose_age_s_.value_or(0)}] {
             encode(frame, begin_group, coarser, times);
         });
@@ -231,7 +231,7 @@ private:
     void adapt(const LiveEncoder::Coded& coded) {
         const double now_s = seconds_since(start_);
         coded_bits_ += 8.0 * double(coded.bytes.size());
-        rate_.coded(now_s, coded.bytes.size(), coded.coarser);
+        rate_.coded(now_s, coded.bytes.size(), coded.coarser, coded.begins_group);
         if (const auto delivery = stream_.delivery())
             rate_.delivered(now_s, delivery->first, delivery->second);
         const double asked_crf = settings_.coding.crf, coarser = crf() - asked_crf;
@@ -286,7 +286,7 @@ private:
     }
 
     void part(const std::string& rest) {
-        stream_.publish(rest, false);
+        stream_.publish(rest, true);
         stream_.end();
         has_ended_ = true;
         server_.wake();
@@ -368,7 +368,7 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--size", o.size, "Of the spheres, WxH").with_default();
     add("--window", o.window,
         "W x H degrees of a denser sphere, as render does, around the gaze of the viewer that steers "
-        "(of the first one while nobody does) and of those who look nearly there");
+        "(of the first one while none does) and of those who look nearly there");
     add("--density", o.density, "Columns of that denser sphere (default: four times the spheres')");
     add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
     add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")

@@ -16,8 +16,6 @@ namespace equistream::serve {
 
 namespace {
 
-/// So long a viewer who comes waits at most, and one who lost something.
-constexpr double longest_group_s = 1;
 /// Viewers that come ask for groups, and key frames take bits from all.
 constexpr double shortest_group_s = 0.25;
 /// A group's range begins so much nearer than its first frame's nearest surface, as heads move on within it.
@@ -80,7 +78,7 @@ DepthRange LiveEncoder::range_before(const Part& part) const {
 }
 
 bool LiveEncoder::needs_group() const {
-    if (!group_start_s_ || parts_.front().frame.info.time_s - *group_start_s_ >= longest_group_s)
+    if (!group_start_s_ || parts_.front().frame.info.time_s - *group_start_s_ >= coding_.longest_group_s)
         return true;
     return depth_code_ && std::ranges::any_of(parts_, [&](const Part& part) {
                return part.nearest_m < part.range.near_m && range_before(part).near_m < part.range.near_m;
@@ -150,6 +148,7 @@ LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::strin
 std::string LiveEncoder::finish() {
     if (!writer_)
         return {};
+    writer_->begin_group();  // whoever has left something out gets the end too
     writer_->finish();
     return std::exchange(taken_, {});
 }

@@ -19,6 +19,9 @@ struct LiveCoding {
     std::string preset = "veryfast";
     bool depth = true;
     DepthCodeId depth_code = DepthCodeId::w10;
+    /// In scene time. The server begins one for a viewer that is behind. A browser whose decoder gave up waits for the
+    /// next.
+    double longest_group_s = 10;
     std::string out;  ///< a file that gets the same bytes; empty: none
 };
 
@@ -32,10 +35,10 @@ public:
         bool begins_group = false;  ///< whoever has the header can begin here
         double coarser = 0;         ///< as it was asked for
     };
-    /// Reads a frame, and its window's where there is one, and removes the files. A group begins at least once a second
-    /// of scene time. One that is asked for begins with this frame, or with a later one where the last began less than
-    /// 0.25 s ago; `now_s` is on the server's clock. `coarser` is in steps of CRF (rate.h). Throws WorkError or
-    /// InputError.
+    /// Reads a frame, and its window's where there is one, and removes the files. A group begins as the coding
+    /// says, and where depth comes nearer. One that is asked for begins with this frame, or with a later one where the
+    /// last began less than 0.25 s ago; `now_s` is on the server's clock. `coarser` is in steps of CRF (rate.h). Throws
+    /// WorkError or InputError.
     Coded encode(const std::string& file, const std::string& window, bool begin_group, double coarser, double now_s);
     /// What ends the stream; nothing where there was no frame.
     std::string finish();

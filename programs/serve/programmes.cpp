@@ -12,8 +12,16 @@ namespace {
 /// Of one viewer that does not keep up, whatever --patience says.
 constexpr std::size_t max_waiting_bytes = 64 << 20;
 
-/// A viewer whose oldest bytes wait for longer goes on with the next group.
-constexpr double longest_wait_s = 0.5;
+/// A viewer whose oldest bytes wait for longer leaves out what waits, and goes on with the next group. It asks for one
+/// once its line has room.
+constexpr double longest_wait_s = 0.5, longest_behind_s = 4;
+/// For one that stays behind.
+constexpr double between_groups_s = 1;
+
+/// Of a stream, at once: what is not given yet may still be left out.
+constexpr std::size_t largest_piece = 1 << 14;
+/// Looks at a line that has not acknowledged everything.
+constexpr double between_looks_s = 0.02;
 
 constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
 
@@ -60,14 +68,25 @@ public:
         stream_.changed_();
     }
 
+    void see_line(double elapsed_s, const Unacknowledged& line) override {
+        under_way_.see(elapsed_s, bytes_sent_, line);
+        held_for_s_ = under_way_.is_too_much(elapsed_s) ? under_way_.oldest_s(elapsed_s) : 0;
+    }
+
     Portion next(std::span<char> block, double elapsed_s) override {
         if (overrun_)
             return {.problem = "it is too far behind"};
+        if (held_for_s_ > 0)
+            return {.due_s = waiting_.empty() ? *last_sent_s_ : waiting_.front().due_s,
+                    .again_s = elapsed_s + between_looks_s,
+                    .held = true};
+        if (waiting_.empty() && stands_ == Stands::before_group)
+            want_group(elapsed_s);
         if (waiting_.empty())
             return nothing_new(block, elapsed_s);
         last_sent_s_ = elapsed_s;
         Part& first = waiting_.front();
-        const std::size_t count = std::min(block.size(), first.bytes->size() - first.sent);
+        const std::size_t count = std::min({block.size(), largest_piece, first.bytes->size() - first.sent});
         std::memcpy(block.data(), first.bytes->data() + first.sent, count);
         const double due_s = first.due_s;
         first.sent += count;
@@ -85,7 +104,22 @@ public:
         stream_.changed_();
     }
 
-    void add(const std::shared_ptr<const std::string>& bytes) {
+    void add(const std::shared_ptr<const std::string>& bytes, bool begins_group) {
+        // To send what waits may be quicker than a key frame. The last one may have been a finer one.
+        const bool is_more = whole_bytes() > key_bytes_ || behind_s() > longest_behind_s;
+        if (behind_s() > longest_wait_s && (begins_group || is_more))
+            leave_out_what_waits();
+        if (begins_group) {
+            stands_ = Stands::within_group;
+            key_bytes_ = bytes->size();
+        }
+        if (stands_ == Stands::within_group)
+            keep(bytes);
+        else if (stands_ == Stands::before_group)
+            ++stream_.spheres_missed_;
+    }
+
+    void keep(const std::shared_ptr<const std::string>& bytes) {
         if (bytes->empty() || overrun_)
             return;
         waiting_bytes_ += bytes->size();
@@ -96,17 +130,9 @@ public:
             waiting_.push_back({bytes, seconds_since(start_)});
     }
 
-    void add(const std::shared_ptr<const std::string>& bytes, bool begins_group) {
-        if (begins_group && behind_s() > longest_wait_s)
-            pass_over_what_waits();
-        has_joined_ = has_joined_ || begins_group;
-        if (has_joined_)
-            add(bytes);
-    }
-
     const HeardHead& head() const { return head_; }
     int number() const { return number_; }
-    Delivery delivery() const { return {bytes_sent_, behind_s()}; }
+    Delivery delivery() const { return {under_way_.acknowledged(), std::max(behind_s(), held_for_s_)}; }
 
 private:
     struct Part {
@@ -114,11 +140,19 @@ private:
         double due_s = 0;
         std::size_t sent = 0;
     };
+    /// It has left some out and goes on with the next group; or it waits for its first one.
+    enum class Stands { before_first_group, within_group, before_group };
 
     double behind_s() const { return waiting_.empty() ? 0 : seconds_since(start_) - waiting_.front().due_s; }
 
-    /// All but the header, and what is sent in part: it has to end.
-    void pass_over_what_waits() {
+    /// Of what waits, without what is sent in part.
+    std::size_t whole_bytes() const {
+        const bool is_begun = !waiting_.empty() && waiting_.front().sent > 0;
+        return waiting_bytes_ - (is_begun ? waiting_.front().bytes->size() - waiting_.front().sent : 0);
+    }
+
+    /// The header goes all the same, and what is sent in part: it has to end.
+    void leave_out_what_waits() {
         const auto goes = [&](const Part& part) { return part.sent == 0 && part.bytes != stream_.header_; };
         for (const Part& part : waiting_)
             if (goes(part)) {
@@ -126,6 +160,16 @@ private:
                 ++stream_.spheres_missed_;
             }
         std::erase_if(waiting_, goes);
+        if (stands_ == Stands::within_group)
+            stands_ = Stands::before_group;
+    }
+
+    /// No more than one a second: groups take bits from all.
+    void want_group(double elapsed_s) {
+        if (group_wanted_s_ && elapsed_s - *group_wanted_s_ < between_groups_s)
+            return;
+        group_wanted_s_ = elapsed_s;
+        stream_.is_group_wanted_ = true;
     }
 
     Portion nothing_new(std::span<char> block, double elapsed_s) {
@@ -133,7 +177,7 @@ private:
             return {.ended = stream_.ended_};
         const double due_s = *last_sent_s_ + longest_silence_s;
         if (elapsed_s < due_s)
-            return {.again_s = due_s};
+            return {.again_s = under_way_.is_anything() ? std::min(due_s, elapsed_s + between_looks_s) : due_s};
         last_sent_s_ = elapsed_s;
         return nothing(block, elapsed_s);
     }
@@ -142,18 +186,22 @@ private:
     int number_;
     Clock::time_point start_ = Clock::now();
     std::int64_t bytes_sent_ = 0;
-    std::optional<double> last_sent_s_;  // nothing: not even the header
+    UnderWay under_way_;
+    double held_for_s_ = 0;                 // by what is under way; 0: it is not
+    std::optional<double> group_wanted_s_;  // last, for having left something out
+    std::optional<double> last_sent_s_;     // nothing: not even the header
     std::deque<Part> waiting_;
-    std::size_t waiting_bytes_ = 0;
-    bool has_joined_ = false, overrun_ = false;
+    std::size_t waiting_bytes_ = 0, key_bytes_ = 0;  // of the last sphere that began a group
+    Stands stands_ = Stands::before_first_group;
+    bool overrun_ = false;
     HeardHead head_;
 };
 
 std::unique_ptr<Feed> LiveStream::open_feed() {
     auto feed = std::make_unique<LiveFeed>(*this);
     if (header_)
-        feed->add(header_);
-    joined_ = true;
+        feed->keep(header_);
+    is_group_wanted_ = true;
     changed_();
     return feed;
 }
@@ -161,7 +209,7 @@ std::unique_ptr<Feed> LiveStream::open_feed() {
 void LiveStream::set_header(const std::string& header) {
     header_ = std::make_shared<const std::string>(header);
     for (LiveFeed* feed : feeds_)
-        feed->add(header_);
+        feed->keep(header_);
 }
 
 void LiveStream::publish(const std::string& bytes, bool begins_group) {

@@ -3,6 +3,7 @@
 #include "rate.h"
 
 #include <client/timing/head_prediction.h>
+#include <client/transport/under_way.h>
 #include <equistream/elapsed.h>
 #include <equistream/send_times.h>
 #include <equistream/viewer_message.h>
@@ -24,7 +25,8 @@ namespace equistream::serve {
 struct Portion {
     std::size_t bytes = 0;            ///< put into the block; 0: none now
     double due_s = 0;                 ///< when the first of them was due
-    std::optional<double> again_s{};  ///< when there will be some, as elapsed time; nothing: the viewer will be woken
+    std::optional<double> again_s{};  ///< when to ask again, as elapsed time; nothing: the viewer will be woken
+    bool held = false;                ///< some is due, at due_s, but the line has too much already
     bool ended = false;               ///< there will be no more
     std::string problem{};            ///< not empty: it cannot go on
 };
@@ -33,6 +35,8 @@ struct Portion {
 class Feed {
 public:
     virtual ~Feed() = default;
+    /// What the viewer's line has not acknowledged of what next() gave; before each next().
+    virtual void see_line(double /*elapsed_s*/, const Unacknowledged&) {}
     /// Fills `block` with what is due next.
     virtual Portion next(std::span<char> block, double elapsed_s) = 0;
     /// What the viewer has sent, in pieces of any size.
@@ -126,8 +130,8 @@ public:
     std::optional<std::pair<int, Delivery>> delivery() const;
     /// Spheres that viewers missed because they were behind, of all viewers.
     std::int64_t spheres_missed() const { return spheres_missed_; }
-    /// Whether somebody has come since this was asked last, for whom a group should begin.
-    bool take_joined() { return std::exchange(joined_, false); }
+    /// Whether somebody has come or fallen behind since this was asked last, for whom a group should begin.
+    bool take_group_wanted() { return std::exchange(is_group_wanted_, false); }
 
 private:
     friend class LiveFeed;
@@ -137,7 +141,7 @@ private:
     std::function<void()> changed_;
     std::list<LiveFeed*> feeds_;  // in the order they came
     std::shared_ptr<const std::string> header_;
-    bool joined_ = false, ended_ = false;
+    bool is_group_wanted_ = false, ended_ = false;
     int feeds_opened_ = 0;
     std::int64_t poses_heard_ = 0, spheres_missed_ = 0;
 };

@@ -19,6 +19,10 @@ constexpr double behind_is_too_much_s = 0.25;
 constexpr double share_used = 0.8;
 /// By which a line that is not full is tried again with more, a second.
 constexpr double growth_per_s = 1.4;
+/// Noise takes most bytes, and none at all once it is coded away: what one sphere took says little of a finer one.
+constexpr double steps_finer_per_s = 4;
+/// What a key frame takes more than others, so many spheres after it give up between them.
+constexpr double made_up_by = 10;
 /// Lines that carry less are not told apart.
 constexpr double least_bps = 1e4;
 /// The window gives up so much before the sphere around it gives up anything.
@@ -26,14 +30,22 @@ constexpr double window_first = 12;
 
 }  // namespace
 
-void RateControl::coded(double at_s, std::size_t bytes, double coarser) {
-    spheres_.push_back({at_s, 8.0 * double(bytes) * std::exp2(coarser / steps_that_halve)});
+void RateControl::coded(double at_s, std::size_t bytes, double coarser, bool begins_group) {
+    double bits = 8.0 * double(bytes) * std::exp2(coarser / steps_that_halve);
+    const double made_up_for = key_excess_bits_ / made_up_by;
+    key_excess_bits_ -= made_up_for;
+    if (begins_group && !spheres_.empty()) {
+        const double usual = std::min(bits, spheres_.back().bits);
+        key_excess_bits_ += bits - usual;
+        bits = usual;
+    }
+    spheres_.push_back({at_s, bits + made_up_for});
     while (spheres_.size() > 3 && spheres_.front().at_s < at_s - watched_s)
         spheres_.pop_front();
-    choose();
+    choose(at_s);
 }
 
-/// What went out between the oldest look that is remembered and the last one that found more gone. A line that stands
+/// What arrived between the oldest look that is remembered and the last one that found more. A line that stands
 /// still for a moment says nothing of what it carries: nothing.
 std::optional<double> RateControl::carried_bps() const {
     const auto moved = std::ranges::find_if(sent_, [&](const Sent& s) { return s.bytes > sent_.front().bytes; });
@@ -59,7 +71,7 @@ void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
         if (!most_bps_)
             coarser_ = 0;
     }
-    sent_.push_back({at_s, delivery.bytes_sent});
+    sent_.push_back({at_s, delivery.bytes_arrived});
     while (sent_.size() > 2 && sent_[1].at_s <= at_s - watched_s)
         sent_.pop_front();
     const double elapsed_s = at_s - std::exchange(line_changed_s_, at_s);
@@ -69,15 +81,17 @@ void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
     } else if (line_bps_ && delivery.behind_s == 0) {
         line_bps_ = *line_bps_ * std::pow(growth_per_s, std::min(elapsed_s, watched_s));
     }
-    choose();
+    choose(at_s);
 }
 
 void RateControl::pause() {
     spheres_.clear();
+    key_excess_bits_ = 0;
     sent_.clear();
 }
 
-void RateControl::choose() {
+void RateControl::choose(double at_s) {
+    const double elapsed_s = at_s - std::exchange(chosen_s_, at_s);
     if (spheres_.size() < 2)
         return;
     double wanted_bits = 0;
@@ -88,7 +102,8 @@ void RateControl::choose() {
     if (line_bps_ && *line_bps_ > 1.5 * wanted_bps)
         line_bps_.reset();
     limit_bps_ = std::max(least_bps, std::min(most_bps_.value_or(wanted_bps), line_bps_.value_or(wanted_bps)));
-    coarser_ = std::clamp(steps_that_halve * std::log2(wanted_bps / limit_bps_), 0.0, coarsest);
+    const double enough = std::clamp(steps_that_halve * std::log2(wanted_bps / limit_bps_), 0.0, coarsest);
+    coarser_ = std::max(enough, coarser_ - steps_finer_per_s * elapsed_s);
 }
 
 CoarserParts divided(double coarser, bool has_window) {

@@ -11,8 +11,8 @@ namespace equistream::serve {
 
 /// How a viewer keeps up.
 struct Delivery {
-    std::int64_t bytes_sent = 0;  ///< to it, ever
-    double behind_s = 0;          ///< for so long the oldest bytes wait that it could not be sent
+    std::int64_t bytes_arrived = 0;  ///< at it, ever; of a browser: at the web door
+    double behind_s = 0;             ///< for so long the oldest bytes wait, or too many are under way
 };
 
 class RateControl {
@@ -21,7 +21,7 @@ public:
     explicit RateControl(std::optional<double> most_bps) : most_bps_(most_bps) {}
 
     /// A sphere has been coded, so much coarser than was asked for.
-    void coded(double at_s, std::size_t bytes, double coarser);
+    void coded(double at_s, std::size_t bytes, double coarser, bool begins_group);
     /// The viewer that steers, whenever a sphere has been coded; another one begins anew.
     void delivered(double at_s, int viewer, const Delivery& delivery);
 
@@ -48,14 +48,15 @@ private:
     };
 
     std::optional<double> carried_bps() const;
-    void choose();
+    void choose(double at_s);
 
     std::optional<double> most_bps_, line_bps_;
     std::deque<Sphere> spheres_;
     std::deque<Sent> sent_;
     int viewer_ = 0;
     double coarser_ = 0, limit_bps_ = 0;
-    double line_changed_s_ = 0;
+    double line_changed_s_ = 0, chosen_s_ = 0;
+    double key_excess_bits_ = 0;  ///< as they would be if nothing were coded coarser
 };
 
 /// Of a window in a sphere the window is coded coarser first, the sphere around it last.

@@ -361,6 +361,7 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         check(options);
         if (!options.web.empty()) {
             live.server.web = web_settings(options);
+            live.coding.longest_group_s = 2;
             live.coding.depth_code = DepthCodeId::pece420;  // browsers decode it on every device
         }
         if (is_scene(options.source))

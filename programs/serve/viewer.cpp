@@ -45,11 +45,19 @@ void Viewer::wake() {
 }
 
 void Viewer::send_due() {
-    const Portion portion = feed_->next(block_, seconds_since(start_));
+    const double elapsed_s = seconds_since(start_);
+    const Unacknowledged line = wire_->unacknowledged();
+    if (line.bytes < std::exchange(unacknowledged_, line.bytes))
+        idle_looks_ = 0;
+    feed_->see_line(elapsed_s, line);
+    const Portion portion = feed_->next(block_, elapsed_s);
     if (!portion.problem.empty())
         return leave(not_served, portion.problem);
+    is_held_ = portion.held;
     if (portion.ended)
         return finish();
+    if (is_held_)
+        block_due_s_ = portion.due_s;
     if (portion.bytes == 0) {
         if (portion.again_s)
             wait_for(*portion.again_s);
@@ -93,8 +101,9 @@ void Viewer::watch() {
             return;
         // Who has said all and got nothing may have gone: TCP tells that only once something is sent.
         const bool may_have_gone = self->has_ended_ && self->bytes_sent_ == 0 && !self->sends_;
-        const bool waits_for_it = self->sends_ || self->has_all_ || may_have_gone;
-        const bool late = self->sends_ && seconds_since(self->start_) - self->block_due_s_ > self->patience_s_;
+        const bool sends = self->sends_ || self->is_held_;
+        const bool waits_for_it = sends || self->has_all_ || may_have_gone;
+        const bool late = sends && seconds_since(self->start_) - self->block_due_s_ > self->patience_s_;
         self->idle_looks_ = waits_for_it ? self->idle_looks_ + 1 : 0;
         self->late_looks_ = late ? self->late_looks_ + 1 : 0;
         if (self->idle_looks_ > looks)

@@ -62,6 +62,8 @@ private:
     double block_due_s_ = 0;
     int idle_looks_ = 0, late_looks_ = 0;  // in a row
     bool sends_ = false;                   // a block is on its way
+    bool is_held_ = false;                 // the next one waits for what is under way
+    std::size_t unacknowledged_ = 0;       // when something was sent last
     bool is_gone_ = false;
     bool has_all_ = false;
     bool has_ended_ = false;  // the viewer's own sending

@@ -3,6 +3,9 @@
 /// WebSocket. `Stream` is plain TCP, or TLS over it.
 #include "web_door.h"
 
+#include <client/transport/congestion.h>
+#include <client/transport/under_way.h>
+
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -45,6 +48,8 @@ using TlsStream = beast::ssl_stream<PlainStream>;
 inline constexpr std::size_t largest_header = 8192;
 /// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
 inline constexpr int most_asking = 64, most_asking_from_one = 16;
+/// At a line that has not acknowledged everything.
+inline constexpr std::chrono::milliseconds between_looks{20};
 
 /// The name without its port: "127.0.0.1:80" or "[::1]:80".
 inline std::string_view name_of(std::string_view host) {
@@ -148,7 +153,20 @@ public:
     }
 
 private:
+    /// Nothing is taken from the server that the line has no room for: there it may still be left out.
     void send() {
+        const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+        under_way_.see(now_s, sent_, unacknowledged(beast::get_lowest_layer(browser_).socket().native_handle()));
+        if (!under_way_.is_too_much(now_s))
+            return send_next();
+        look_.expires_after(between_looks);
+        look_.async_wait([self = this->shared_from_this()](Error cancelled) {
+            if (!cancelled)
+                self->send();
+        });
+    }
+
+    void send_next() {
         server_.async_read_some(net::buffer(block_), [self = this->shared_from_this()](Error error, std::size_t count) {
             if (error)
                 return self->end();
@@ -167,13 +185,15 @@ private:
             if (!cancelled && self && self->unread_.expiry() <= std::chrono::steady_clock::now())
                 self->hang_up();
         });
-        browser_.async_write(net::buffer(block_, count), [self = this->shared_from_this()](Error failed, std::size_t) {
-            // Also where its handler is queued already.
-            self->unread_.expires_at(std::chrono::steady_clock::time_point::max());
-            if (failed)
-                return self->hang_up();
-            self->send();
-        });
+        browser_.async_write(net::buffer(block_, count),
+                             [self = this->shared_from_this(), count](Error failed, std::size_t) {
+                                 // Also where its handler is queued already.
+                                 self->unread_.expires_at(std::chrono::steady_clock::time_point::max());
+                                 if (failed)
+                                     return self->hang_up();
+                                 self->sent_ += std::int64_t(count);
+                                 self->send();
+                             });
     }
 
     /// The server has said all, or has closed both ways: it has cut its viewer off, or has not let it in.
@@ -203,6 +223,7 @@ private:
 
     void hang_up() {
         Error ignored;
+        look_.cancel();
         server_.close(ignored);
         beast::get_lowest_layer(browser_).close();
     }
@@ -210,8 +231,11 @@ private:
     websocket::stream<Stream> browser_;
     net::local::stream_protocol::socket server_;
     std::chrono::milliseconds patience_;
-    net::steady_timer unread_{browser_.get_executor()};
-    std::array<char, 1 << 16> block_;
+    net::steady_timer unread_{browser_.get_executor()}, look_{browser_.get_executor()};
+    std::array<char, 1 << 14> block_;
+    UnderWay under_way_;
+    std::int64_t sent_ = 0;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     beast::flat_buffer heard_;
     bool has_sent_ = false;
     Crowd::Place place_;  // also of one that is refused, until it has gone

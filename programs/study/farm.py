@@ -104,7 +104,8 @@ def report(plan, options):
         print(json.dumps({"folder": str(options.out), "steps": steps, "measured": plan["measured"], "frames": plan["frames"],
                           "command": typed_command("farm"), **provenance(options.bin, REPOSITORY)}, indent=1))
         return
-    out, last = shlex.quote(str(options.out)), plan["steps"][-1]["name"]
+    folder, last = str(options.out), plan["steps"][-1]["name"]
+    out = shlex.quote(f"./{folder}" if folder.startswith("-") else folder)
     print("\n".join([*jobs.told(plan), "", f"written: {out}",
                      f"  Slurm:                 sh {out}/submit.sh [options of sbatch]",
                      f"  Open Job Description:  openjd run {out}/template.json --step {last} --run-dependencies",

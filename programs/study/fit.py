@@ -20,8 +20,8 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from options import Parser, Progress, add_common, parse, typed_command  # noqa: E402
-from steps import REPOSITORY, Failed, expect_packages, measured_json, provenance, run_as_program, scene_files, write_whole  # noqa: E402
+from options import Parser, Progress, add_common, not_utf8, parse, typed_command  # noqa: E402
+from steps import REPOSITORY, Failed, expect_packages, measured_json, provenance, read_json, run_as_program, scene_files, write_whole  # noqa: E402
 
 FEWEST_PIXELS = 64
 AUTO = "auto"
@@ -126,13 +126,16 @@ def require_place(parser, options):
     for made in (out, *model_files(out)):
         if made.exists() and any(made.samefile(file) for file in scene_files(options.scene)):
             parser.error(f"argument --out: expected names that are not the scene's, found {made}")
-    for path in map(str, (out.resolve(), options.scene.resolve(), options.work.resolve())):  # settings files name them
+    paths = [str(path.resolve()) for path in (out, options.scene, options.work)]  # settings files name them
+    if (found := not_utf8([*paths, typed_command("fit")])) is not None:
+        parser.error(f"expected paths and words in UTF-8, as settings files are, found '{found}'; rename what they name")
+    for path in paths:
         if path.splitlines() != [path] or {'"', "'"} <= set(path):
             parser.error(f"expected a path without line ends and without both kinds of quotes, found {path!r}")
 
 
 def scene_info(parser, options):
-    done = subprocess.run([options.bin / "equistream", "scene", "info", options.scene, "--json"], capture_output=True, text=True)
+    done = subprocess.run([options.bin / "equistream", "scene", "info", options.scene, "--json"], capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
         parser.error((done.stderr.strip().splitlines() or ["no message"])[-1].removeprefix("equistream scene: "))
     info = json.loads(done.stdout)
@@ -142,7 +145,7 @@ def scene_info(parser, options):
 
 
 def path_frames(options):
-    rate = json.loads(options.scene.read_text()).get("frames_per_second", 30)
+    rate = read_json(options.scene).get("frames_per_second", 30)
     return math.floor(options.info["path_duration_s"] * rate + 1e-6) + 1  # as `render` counts them (make_timeline)
 
 

@@ -3,6 +3,7 @@
 import argparse
 import difflib
 import json
+import os
 import pathlib
 import re
 import shlex
@@ -101,6 +102,11 @@ def typed_command(name):
     return shlex.join(["equistream", name, *words[:at], *words[at + 2:]])
 
 
+def not_utf8(words):
+    """The first of these words that has other bytes, those as \\xNN; None where all are."""
+    return next((spelled for word in words if (spelled := os.fsencode(word).decode(errors="backslashreplace")) != word), None)
+
+
 def minutes_text(seconds):
     if seconds < 90:
         return f"{max(1, round(seconds / 10)) * 10} seconds"
@@ -111,7 +117,8 @@ class Progress:
     """Steps that were done, of `total` where somebody knows. Steps beside each other may tell of themselves."""
 
     def __init__(self, what, style="auto", total=None, out=None, clock=time.monotonic):
-        self.what, self.style, self.total, self.out, self.clock = what, style, total, out or sys.stderr, clock
+        self.what, self.total, self.out, self.clock = what, total, out or sys.stderr, clock
+        self.style = style if self.out else "none"  # standard error may be closed: print() would take the output
         self.done, self.began, self.lock = 0, clock(), threading.Lock()
 
     def left_s(self):

@@ -6,20 +6,20 @@ beside others.
 
 import concurrent.futures
 import contextlib
-import glob
 import hashlib
 import importlib.util
 import json
 import os
 import pathlib
+import platform
 import signal
-import socket
 import stat
 import subprocess
 import sys
 import time
 
 from options import Progress
+from own_names import own_name
 
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -67,13 +67,9 @@ def expect_packages(command):
 
 
 def aside_of(file):
-    """A name of this process's own, on whatever machine it runs: several may make the same file at once. What processes that ended have left goes."""
-    begin = f"{file.name}.{socket.gethostname()}-"
-    for left in file.parent.glob(f"{glob.escape(begin)}*.unfinished"):
-        process = left.name[len(begin):].removesuffix(".unfinished")
-        if process.isdigit() and not pathlib.Path(f"/proc/{process}").exists():
-            left.unlink(missing_ok=True)
-    return file.with_name(f"{begin}{os.getpid()}.unfinished")
+    """A name of this process's own: several may make the same file at once. What processes that ended have left goes."""
+    own = own_name(file.parent, f"{file.name}.", r"\.unfinished", lambda left: left.unlink(missing_ok=True))
+    return file.with_name(f"{own}.unfinished")
 
 
 @contextlib.contextmanager
@@ -102,7 +98,7 @@ def write_whole(file, content):
 
 def read_json(file):
     try:
-        return json.loads(pathlib.Path(file).read_text())
+        return json.loads(pathlib.Path(file).read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise Failed(f"{file}: expected JSON, found something else: {error}") from None
 
@@ -380,10 +376,12 @@ def machine():
         key, _, value = line.partition(":")
         cpu.setdefault(key.strip(), value.strip())
     memory_kib = int(pathlib.Path("/proc/meminfo").read_text().split()[1])
-    system = dict(line.split("=", 1) for line in pathlib.Path("/etc/os-release").read_text().splitlines() if "=" in line)
+    system = "unknown"
+    with contextlib.suppress(OSError):  # containers may have no such file
+        system = platform.freedesktop_os_release()["PRETTY_NAME"]
     vectors = next((name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if flag in cpu.get("flags", "").split()), "none told")
     return {"cpu": cpu.get("model name", "unknown"), "vectors": vectors, "cores": len(os.sched_getaffinity(0)),
-            "memory_gib": round(memory_kib / 1024 ** 2, 1), "system": system.get("PRETTY_NAME", "unknown").strip('"'),
+            "memory_gib": round(memory_kib / 1024 ** 2, 1), "system": system,
             "gpu": "none used", "load_average_at_start": round(os.getloadavg()[0], 2)}
 
 

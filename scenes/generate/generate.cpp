@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <system_error>
 
 namespace equistream {
@@ -118,6 +119,15 @@ GeneratedScene make_scene(const Generator& generator, std::span<const std::strin
     GeneratedScene scene = generator.make(GeneratorValues(std::move(values)));
     scene.description.name = generator.name;
     return scene;
+}
+
+void add_daylight(SceneDescription& description) {
+    const double azimuth = glm::radians(238.0), elevation = glm::radians(45.0);
+    description.sun =
+        Sun{{std::cos(elevation) * std::sin(azimuth), std::sin(elevation), -std::cos(elevation) * std::cos(azimuth)},
+            {3.3, 3.0, 2.5}};
+    description.sky_radiance = {0.22, 0.33, 0.52};
+    description.exposure = 1.4;
 }
 
 std::filesystem::path write_scene(const GeneratedScene& scene, const std::filesystem::path& folder) {

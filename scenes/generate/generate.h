@@ -53,6 +53,9 @@ const Generator& find_generator(std::string_view name);
 /// Runs a generator. `settings` are "option=value"; the others take their defaults.
 GeneratedScene make_scene(const Generator& generator, std::span<const std::string> settings = {});
 
+/// The sun, the sky and the exposure of a clear day.
+void add_daylight(SceneDescription& description);
+
 /// Writes NAME.glb, then NAME.json (each whole or not at all), into `folder`, which is made if need be. Returns the
 /// description's path. Throws InputError where nothing can be written there.
 std::filesystem::path write_scene(const GeneratedScene& scene, const std::filesystem::path& folder);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <new>
 #include <set>
 #include <utility>
 
@@ -168,6 +169,8 @@ GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
                                                             reinterpret_cast<const char*>(bytes.data()), size, folder);
     } catch (const InputError&) {
         throw;
+    } catch (const std::bad_alloc&) {
+        throw;  // not the file's fault
     } catch (const std::exception& e) {
         error = e.what();
     }

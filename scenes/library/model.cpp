@@ -88,16 +88,20 @@ SceneModel load_model(const std::filesystem::path& file, const ModelOptions& opt
     return model;
 }
 
-SceneModel load_model(const SceneDescription& scene, const ModelOptions& options) {
-    SceneModel model = read_model(scene.model, options);
-    if (scene.model_unit_m != 1) {
-        const glm::mat4 metres = glm::scale(glm::mat4(1), glm::vec3(static_cast<float>(scene.model_unit_m)));
+void scale_model(SceneModel& model, double unit_m) {
+    if (unit_m != 1) {
+        const glm::mat4 metres = glm::scale(glm::mat4(1), glm::vec3(static_cast<float>(unit_m)));
         for (Instance& instance : model.instances)
             instance.world_from_object = metres * instance.world_from_object;
         for (Object& object : model.objects)
             object.world_from_object = metres * object.world_from_object;
     }
     require_positions(model);
+}
+
+SceneModel load_model(const SceneDescription& scene, const ModelOptions& options) {
+    SceneModel model = read_model(scene.model, options);
+    scale_model(model, scene.model_unit_m);
     return model;
 }
 

@@ -109,6 +109,10 @@ struct ModelOptions {
 /// without a triangle is an error too. What merely looks worse than meant is a note.
 SceneModel load_model(const std::filesystem::path& file, const ModelOptions& options = {});
 
+/// Scales all placements about the origin, from units of `unit_m` metres to metres. Throws InputError where coordinates
+/// leave their limits.
+void scale_model(SceneModel& model, double unit_m);
+
 // From an encoded image to an AlphaMask.
 
 struct MaskImage {

@@ -300,13 +300,17 @@ std::string moving_text(const std::vector<MovingObject>& moving) {
 
 }  // namespace
 
-std::string description_text(const SceneDescription& description, std::uint64_t limit_bytes) {
-    const std::string model =
-        description.model.empty() ? description.name + ".glb" : description.model.filename().string();
+std::string description_text(const SceneDescription& description, std::uint64_t limit_bytes,
+                             const fs::path& model_from_it) {
+    const std::string model = !model_from_it.empty()      ? model_from_it.string()
+                              : description.model.empty() ? description.name + ".glb"
+                                                          : description.model.filename().string();
     std::string text = "{\n  \"name\": " + json_text(Json(description.name)) + ",\n  \"model\": " + exact(model);
     const auto add = [&](const std::string& key, const Json& value) {
         text += ",\n  \"" + key + "\": " + json_text(value);
     };
+    if (description.model_unit_m != 1)
+        add("model_unit_m", description.model_unit_m);
     if (description.sun)
         add("sun", {{"towards", vector3(description.sun->towards)},
                     {"irradiance", vector3(description.sun->irradiance)},

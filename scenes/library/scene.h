@@ -110,9 +110,11 @@ SceneModel load_model(const SceneDescription& scene, const ModelOptions& options
 
 /// Bytes of a description that load_scene reads. An hour of a head at 90 keys a second, with all digits, is half of it.
 inline constexpr std::uint64_t description_size_limit = 128 << 20;
-/// The JSON text of a description whose model lies beside it (docs/scenes.md): as the file that `model` names, or as
-/// NAME.glb where it names none. Throws InputError where it would be longer than `limit_bytes`.
-std::string description_text(const SceneDescription& description, std::uint64_t limit_bytes = description_size_limit);
+/// The JSON text of a description (docs/scenes.md). `model_from_it` is the way to the model from where it will lie.
+/// Where that is empty the model lies beside it: as the file that `model` names, or as NAME.glb where it names none.
+/// Throws InputError where it would be longer than `limit_bytes`.
+std::string description_text(const SceneDescription& description, std::uint64_t limit_bytes = description_size_limit,
+                             const std::filesystem::path& model_from_it = {});
 
 /// 16 hexadecimal digits over the bytes of files, and over a text.
 std::string content_fingerprint(const std::vector<std::filesystem::path>& files, const std::string& text);

@@ -2,6 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/rec709.h>
+#include <plugin/pictures/image_file.h>
 
 #include <OpenImageIO/imageio.h>
 
@@ -95,9 +96,10 @@ void check_pixels(const FloatImage& image, const std::string& where) {
 
 FloatImage read_sky_image(const std::filesystem::path& file) {
     const std::string where = file.string();
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(where);
+    std::string problem;
+    const std::unique_ptr<OIIO::ImageInput> input = open_image_file(file, problem);
     if (!input)
-        throw InputError(expected_found(where, "a readable sky image", printable(OIIO::geterror())));
+        throw InputError(expected_found(where, "a readable sky image", printable(problem)));
     const OIIO::ImageSpec& spec = input->spec();
     check_header(spec, where);
     const int channels = colour_channels(spec, where);

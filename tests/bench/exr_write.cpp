@@ -3,6 +3,7 @@
 #include "agreement.h"
 
 #include <equistream/sequence.h>
+#include <equistream/threads.h>
 
 #include <benchmark/benchmark.h>
 
@@ -18,7 +19,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <thread>
 
 namespace {
 
@@ -66,7 +66,7 @@ void stock(benchmark::State& state) {
     const FloatImage& colour = frame.planes.at("colour");
     const FloatImage& depth = frame.planes.at("depth");
     const auto file = scratch("equistream_bench_stock.exr");
-    Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+    Imf::setGlobalThreadCount(static_cast<int>(usable_processors()));
     for (auto _ : state) {
         Imf::Header headers[2] = {Imf::Header(width, height), Imf::Header(width, height)};
         const char* names[2] = {"rgba", "data"};

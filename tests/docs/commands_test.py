@@ -18,7 +18,7 @@ import unittest
 from markdown import ROOT, blocks, commands, commands_of, pages
 
 RUN = ("README.md", "docs/guide/tutorial.md")
-NESTED = {"scene": {"generate", "info", "convert", "placements"}}
+NESTED = {"scene": {"generate", "info", "describe", "convert", "placements"}}
 NOT_RUN = {"view", "serve"}
 # Each program that is not part of every build.
 ABSENT = {"mitsuba": "equistream-render-mitsuba"}

@@ -95,16 +95,30 @@ def look_up(site, pages, path, target):
 
 
 class Site(unittest.TestCase):
+    def build(self, folder, **environment):
+        built = subprocess.run([MKDOCS, "build", "--strict", "--quiet", "--site-dir", folder], cwd=ROOT, text=True, capture_output=True,
+                               env={**os.environ, "NO_MKDOCS_2_WARNING": "1", **environment})
+        self.assertEqual((0, ""), (built.returncode, built.stdout + built.stderr))
+
     def test_site(self):
         with tempfile.TemporaryDirectory() as folder:
-            built = subprocess.run([MKDOCS, "build", "--strict", "--quiet", "--site-dir", folder], cwd=ROOT, text=True, capture_output=True,
-                                   env={**os.environ, "NO_MKDOCS_2_WARNING": "1"})
-            self.assertEqual((0, ""), (built.returncode, built.stdout + built.stderr))
+            self.build(folder)
             found = list(pathlib.Path(folder).rglob("*.html"))
             self.assertGreater(len(found), 60)
             self.assertTrue(any(path.match("results/study/kitchen.html") for path in found))
             faults = faults_of(pathlib.Path(folder))
             self.assertEqual([], faults, "\n" + "\n".join(faults))
+
+    def test_a_gallery_is_part_of_the_site(self):
+        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as gallery:
+            site = pathlib.Path(folder)
+            for name, text in {"index.html": '<a href="web.html?src=room.mp4"><img src="room.png"></a>', "web.html": "", "room.mp4": "x", "room.png": "x"}.items():
+                (pathlib.Path(gallery) / name).write_text(text)
+            self.build(folder, EQUISTREAM_SITE_GALLERY=gallery)
+            self.assertTrue((site / "gallery/room.mp4").is_file())
+            self.assertEqual([], faults_of(site))  # so its pages can be reached, too
+            for page, link in {"index.html": "gallery/index.html", "guide/gallery.html": "../gallery/index.html"}.items():
+                self.assertIn(link, Page((site / page).read_text()).links, page)
 
     def test_faults_would_be_found(self):
         with tempfile.TemporaryDirectory() as folder:

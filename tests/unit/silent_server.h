@@ -19,10 +19,13 @@ namespace equistream::test {
 
 class SilentServer {
 public:
-    /// The system completes connections for it, as many as `room` allows.
-    explicit SilentServer(int room = 4) : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    /// The system completes connections for it, as many as `room` allows. `host`: an address of this machine; `port`: 0
+    /// is any.
+    explicit SilentServer(int room = 4, const char* host = "127.0.0.1", std::uint16_t port = 0)
+        : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
         address_.sin_family = AF_INET;
-        address_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        address_.sin_addr.s_addr = ::inet_addr(host);
+        address_.sin_port = htons(port);
         socklen_t size = sizeof address_;
         EXPECT_EQ(::bind(listening_, reinterpret_cast<const sockaddr*>(&address_), size), 0);
         EXPECT_EQ(::getsockname(listening_, reinterpret_cast<sockaddr*>(&address_), &size), 0);
@@ -36,7 +39,8 @@ public:
     SilentServer(const SilentServer&) = delete;
     SilentServer& operator=(const SilentServer&) = delete;
 
-    std::string address() const { return "tcp://127.0.0.1:" + std::to_string(ntohs(address_.sin_port)); }
+    std::uint16_t port() const { return ntohs(address_.sin_port); }
+    std::string address() const { return "tcp://127.0.0.1:" + std::to_string(port()); }
 
     /// To the next viewer, which is waited for.
     void send(const std::string& bytes) {

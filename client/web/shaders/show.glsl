@@ -7,6 +7,7 @@ uniform ivec4 place;  // of the part of the screen that is drawn on: left, botto
 uniform int layout_of;  // 0: the left picture alone, 1: anaglyph
 uniform mat3 from_left;
 uniform mat3 from_right;
+uniform float fading;  // 0 to 1: how far the picture goes to grey, as in client/view/gl/display.glsl
 
 layout(location = 0) out vec4 colour;
 
@@ -28,5 +29,6 @@ void main() {
         vec3 mixed = clamp(from_left * light(rgb) + from_right * light(seen(right_eye)), 0.0, 1.0);
         rgb = vec3(linear_to_srgb(mixed.r), linear_to_srgb(mixed.g), linear_to_srgb(mixed.b));
     }
-    colour = vec4(rgb, 1.0);
+    float grey = dot(rgb, vec3(0.2126, 0.7152, 0.0722));
+    colour = vec4(mix(rgb, mix(vec3(grey), vec3(0.5), 0.6), fading), 1.0);
 }

@@ -1,13 +1,13 @@
 #include "frame_job.h"
 
 #include <equistream/error.h>
+#include <equistream/threads.h>
 
 #include <algorithm>
 #include <exception>
 #include <limits>
 #include <mutex>
 #include <string>
-#include <thread>
 
 namespace equistream::embree_host {
 namespace {
@@ -115,11 +115,7 @@ RayCounts run_frame(const FrameJob& job) {
             failure = std::current_exception();
         }
     };
-    {
-        std::vector<std::jthread> threads;
-        for (unsigned i = 0; i < job.threads; ++i)
-            threads.emplace_back(work);
-    }
+    start_threads(job.threads, work).clear();  // waits for them
     if (failure)
         std::rethrow_exception(failure);
     return total;
@@ -140,9 +136,7 @@ void cast_rays(const TracedScene& scene, unsigned threads, std::span<const es_ra
         }
     };
     // None of it on the caller's thread: tracing changes how a thread rounds.
-    std::vector<std::jthread> helpers;
-    for (unsigned i = 0; i < threads; ++i)
-        helpers.emplace_back(work);
+    const auto helpers = start_threads(threads, work);
 }
 
 }  // namespace equistream::embree_host

@@ -60,9 +60,12 @@ public:
     virtual ~DepthCode() = default;
     virtual DepthCodeId id() const = 0;
     virtual PlaneFormat format() const = 0;
-    /// Of how many equal steps of x, from 0 to 1, half a one bounds what coding changes: those that x is coded in,
+    /// Of how many equal steps of x, from 0 to 1, half a one bounds what rounding changes: those that x is coded in,
     /// fewer where a code rounds twice; 0 for `lossless`, which loses nothing.
     virtual int levels(const DepthRange& range) const = 0;
+    /// The most by which coding changes x. Only pece420 changes more than rounding does: where depths that share a
+    /// sample differ.
+    virtual double max_error(const DepthRange& range) const;
     /// Fills `planes`, which are of format() and depth's size. +inf, NaN and 0 are allowed in `depth_m` (1 channel);
     /// NaN is coded as +inf unless range.has_empty. Returns how many pixels were nearer than range.near_m.
     virtual std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
@@ -81,12 +84,12 @@ std::unique_ptr<DepthCode> make_depth_code(DepthCodeId code);
 std::unique_ptr<DepthCode> make_depth_code(std::string_view name);
 
 /// The largest angle by which an eye in the head box sees a point displaced that was packed and unpacked with no codec
-/// between: half a step of x, as an angle. 0 for lossless.
+/// between: the code's max_error as an angle. 0 for lossless.
 double quantisation_bound_rad(const DepthCode& code, const DepthRange& range);
 /// The same as a difference of w, for depth that came as this says; 0 where nothing says so: it is the renderer's own.
 double depth_tolerance_w(const std::optional<DepthCodeInfo>& code);
 
-/// The range of some pictures' depths: as near as the nearest surface, but not nearer than the code can hold with the
+/// The range of some pictures' depths: as near as the nearest surface, but not nearer than where rounding takes the
 /// whole error budget at this focal length (what is nearer is clamped). `nearest_m` is +inf where all pixels miss;
 /// `has_empty` is DepthRange's, and takes a part of the levels.
 DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, bool has_empty,

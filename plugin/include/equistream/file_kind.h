@@ -68,7 +68,7 @@ inline std::string found_kind(const std::filesystem::path& file, const std::stri
     case FileKind::picture:
         return "a picture (compare scores folders of pictures)";
     case FileKind::model:
-        return "a model (a scene description names it: docs/scenes.md; render and scene info take that)";
+        return "a model (scene describe writes a scene description of it; render and scene info take that)";
     case FileKind::description:
         return "a scene description or other JSON (render renders a scene, scene info explains it)";
     case FileKind::mitsuba_xml:

@@ -11,12 +11,12 @@ import pathlib
 import re
 import shlex
 import shutil
-import socket
 import subprocess
 import tempfile
 import time
 
-from options import Progress
+from options import Progress, not_utf8
+from own_names import own_name
 from steps import ENDS_WITH_PARENT, RESULTS, USAGE, Failed, Refused
 
 COMMANDS = ("render", "encode", "play", "compare", "study")
@@ -60,6 +60,8 @@ def without(words, names):
 
 
 def checked_lines(words):
+    if (found := not_utf8(words)) is not None:
+        raise Refused(f"expected a job in UTF-8, as plan.json is, found '{found}'; rename what it names")
     lines = split_at_dashes(words)
     for line in lines:
         if not line or line[0] not in COMMANDS or (line[0] == "study" and len(lines) > 1):
@@ -76,7 +78,7 @@ def program_of(options):
 
 def asked_of(program, words):
     """What the command prints as JSON. Refused or Failed with what it says itself."""
-    done = subprocess.run([*ENDS_WITH_PARENT, program, *words], capture_output=True, text=True)
+    done = subprocess.run([*ENDS_WITH_PARENT, program, *words], capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
         said = (done.stderr.strip().splitlines() or [f"{shlex.join(words)}: exit {done.returncode}"])[-1].removeprefix("equistream ")
         raise (Refused if done.returncode == USAGE else Failed)(said)
@@ -84,13 +86,8 @@ def asked_of(program, words):
 
 
 def measuring_prefix(folder):
-    """Of a folder to measure in, a name of this process's own on whatever machine it runs. What processes of this one that were killed have left goes."""
-    begin = f"measured-{socket.gethostname()}"
-    for left in folder.glob("measured-*"):
-        found = re.fullmatch(rf"{re.escape(begin)}-(\d+)-[a-z0-9_]+", left.name)
-        if found and not pathlib.Path(f"/proc/{found[1]}").exists():
-            shutil.rmtree(left, ignore_errors=True)
-    return f"{begin}-{os.getpid()}-"
+    """Of a folder to measure in, a name of this process's own. What processes that were killed have left goes."""
+    return own_name(folder, "measured-", "-[a-z0-9_]+", lambda left: shutil.rmtree(left, ignore_errors=True)) + "-"
 
 
 def measured_frame(program, line, render, folder, progress):
@@ -150,6 +147,8 @@ def checked_render(line, program):
     render = asked_of(program, [*without(line, DROPPED), "--dry-run", "--json"])
     if set_elsewhere := render.get("is_set"):
         raise Refused(f"--settings: expected a render that goes on where it was, found {', '.join(set_elsewhere)}, which a farm's tasks cannot have")
+    if "\ufffd" in render["out"]:  # stands in JSON for what is not UTF-8
+        raise Refused(f"--settings: expected an out in UTF-8, as plan.json is, found '{render['out']}'; rename it")
     return render
 
 

@@ -8,7 +8,7 @@ SUBMIT = """#!/bin/sh
 # Submits every job of this farm to Slurm. Words go to each sbatch: sh submit.sh --partition=NAME --account=NAME
 # Submitted again, it goes on where it was: what is finished stays. Earlier jobs must have ended: two tasks in one folder would be in each other's way.
 set -e
-cd "$(dirname "$0")"
+CDPATH= cd -- "$(dirname -- "$0")"
 mkdir -p logs
 command -v equistream > /dev/null || {{ echo 'submit.sh: expected equistream in PATH, found none' >&2; exit 1; }}
 command -v squeue > /dev/null && command -v sbatch > /dev/null || {{ echo 'submit.sh: expected Slurm (squeue and sbatch in PATH), found none' >&2; exit 1; }}

@@ -13,7 +13,7 @@ from experiments.systems import Coding, Player, System
 from found import gap_error
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
-from steps import Failed, scene_files
+from steps import Failed, read_json, scene_files
 
 RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
 """Track -> what `render` makes it by; a small eye has words of its own."""
@@ -102,7 +102,7 @@ class Light:
 
 def named_by_gltf(model):
     """Buffers and images that lie in files of their own, as far as they are there."""
-    scene = json.loads(model.read_text())
+    scene = read_json(model)
     uris = {each["uri"] for key in ("buffers", "images") for each in scene.get(key, ()) if not each.get("uri", "data:").startswith("data:")}
     return [file for uri in sorted(uris) if (file := model.parent / urllib.parse.unquote(uri)).is_file()]
 

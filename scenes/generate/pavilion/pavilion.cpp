@@ -98,12 +98,7 @@ GeneratedScene make_pavilion(const GeneratorValues&) {
     description.moving = {{"ball", rolling}};
     description.frames_per_second = frames_per_second;
     description.head_radius_m = 0.1;
-    description.exposure = 1.4;
-    const double azimuth = glm::radians(238.0), elevation = glm::radians(45.0);
-    description.sun =
-        Sun{{std::cos(elevation) * std::sin(azimuth), std::sin(elevation), -std::cos(elevation) * std::cos(azimuth)},
-            {3.3, 3.0, 2.5}};
-    description.sky_radiance = {0.22, 0.33, 0.52};
+    add_daylight(description);
     return result;
 }
 

@@ -78,7 +78,7 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run("render", self.scene, "--frame", "0-3", "--out", self.out), 2, "--frame: no such option; did you mean --frames?")
         self.assert_refused(run("scene", "generate", "pavilion", "--outt", self.out), 2, "--outt: no such option; did you mean --out?")
         self.assert_refused(run("render", self.scene, "-o", self.out), 2, "-o: no such option; did you mean --out?")
-        self.assert_refused(run("scene", "inf", self.scene), 2, "equistream scene: expected generate, info, convert or placements, found 'inf'; did you mean info?")
+        self.assert_refused(run("scene", "inf", self.scene), 2, "equistream scene: expected generate, info, describe, convert or placements, found 'inf'; did you mean info?")
         self.assert_refused(run("scene", "generate", "pavillion", "--out", self.out), 2, "equistream scene: NAME: expected one of pavilion, ", "found 'pavillion'; did you mean pavilion?")
         self.assert_refused(run("render", self.scene, "--sise", "64x32", "--out", self.out), 2, "--sise")
         self.assert_refused(run("render", self.scene, "--host", "cycles", "--out", self.out), 2, "cycles", "embree")
@@ -504,7 +504,8 @@ class BadInput(unittest.TestCase):
         for words, said in (
                 (["render", xml, *out], "expected a scene description (JSON), found a scene in XML (render --host mitsuba renders Mitsuba's)"),
                 (["render", glb, *out], f"found a model ({self.scene} beside it describes it)"),
-                (["render", alone, *out], "found a model (a scene description names it"),
+                (["render", alone, *out], "found a model (scene describe writes a scene description of it; render and scene info take that)"),
+                (["scene", "info", alone], "expected a scene description (JSON), found a model (scene describe writes"),
                 (["scene", "info", stream], "found a video (play, view, serve and info take it)"),
                 (["info", self.scene], "expected a video, found a scene description or other JSON (render renders a scene, scene info explains it)"),
                 (["info", glb], "found a model"),

@@ -76,7 +76,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(completed("equistream", "render", "--host", ""), hosts())
 
     def test_subcommands(self):
-        self.assertEqual(completed("equistream", "scene", ""), ["generate", "info", "convert", "placements"])
+        self.assertEqual(completed("equistream", "scene", ""), ["generate", "info", "describe", "convert", "placements"])
         self.assertEqual(completed("equistream", "encode", ""), [])  # a folder
         self.assertIn("--knob", completed("equistream", "scene", "generate", "--"))
         self.assertEqual(completed("equistream", "scene", "convert", "--camera", ""), ["perspective", "equirect"])

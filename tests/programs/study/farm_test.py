@@ -22,8 +22,12 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import slurm_here  # noqa: E402
 from independent import wait_until  # noqa: E402
 
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(REPOSITORY / "programs/study"))
+from own_names import place  # noqa: E402
+
 BIN = pathlib.Path(sys.argv.pop(1)).resolve()
-FARM = pathlib.Path(__file__).resolve().parents[3] / "programs/study/farm.py"
+FARM = REPOSITORY / "programs/study/farm.py"
 FRAMES = 10
 SKIPPED = 77
 ENVIRONMENT = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}
@@ -251,8 +255,8 @@ class Divided(Farm):
 
     def test_what_a_killed_measurement_has_left_goes(self):
         host, ended = socket.gethostname(), subprocess.run(["sh", "-c", "echo $$"], capture_output=True, text=True).stdout.strip()
-        names = {f"measured-{host}-{ended}-ab_9": False, f"measured-{host}-{os.getpid()}-ab_9": True, f"measured-{host}x-{ended}-ab_9": True,
-                 f"measured-{host}-x-{ended}-ab_9": True}
+        names = {f"measured-{place()}-{ended}-ab_9": False, f"measured-{place()}-{os.getpid()}-ab_9": True, f"measured-{place()}x-{ended}-ab_9": True,
+                 f"measured-{place()}-x-{ended}-ab_9": True, f"measured-{host}-{ended}-ab_9": True}
         for name in names:
             (self.root / "farm" / name / "1").mkdir(parents=True)
         self.farm(*self.render, "--out", "frames")

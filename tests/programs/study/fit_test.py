@@ -3,13 +3,14 @@
 import dataclasses
 import json
 import math
+import os
 import pathlib
 import tempfile
 import types
 import unittest
 import unittest.mock
 
-from fit import path_frames, require_same_scene, window_for
+from fit import path_frames, require_place, require_same_scene, window_for
 from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting import trial as fit_trial
@@ -386,6 +387,22 @@ class Scene(unittest.TestCase):
             scene = self.written("a.json", {"frames_per_second": rate} if rate else {})
             for duration_s, frames in count.items():
                 self.assertEqual(path_frames(types.SimpleNamespace(info={"path_duration_s": duration_s}, scene=scene)), frames)
+
+    def test_a_byte_order_mark_is_no_part_of_the_scene(self):
+        scene = self.written("a.json", "\ufeff" + json.dumps({"frames_per_second": 24}))
+        self.assertEqual(path_frames(types.SimpleNamespace(info={"path_duration_s": 1.0}, scene=scene)), 25)
+        self.written("a.png", "123")
+        self.assertEqual(self.bytes_of("a.gltf", "\ufeff" + json.dumps({"images": [{"uri": "a.png"}]})), 3)
+
+    def test_names_that_settings_files_cannot_have_are_told_before_the_work(self):
+        def refuse(message):
+            raise Failed(message)
+
+        folder = self.folder / os.fsdecode(b"d\xff")
+        folder.mkdir()
+        options = types.SimpleNamespace(out=folder / "a.ini", scene=self.written("a.json", {}), work=self.folder / "work")
+        with self.assertRaisesRegex(Failed, r"expected paths and words in UTF-8, as settings files are, found '.*/d\\xff/a\.ini'; rename"):
+            require_place(types.SimpleNamespace(error=refuse), options)
 
     def test_one_that_has_changed_meanwhile_is_told(self):
         options = types.SimpleNamespace(bin=self.folder, scene=self.written("a.json", {}), info={"fingerprint": "1"})

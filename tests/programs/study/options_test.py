@@ -102,6 +102,13 @@ class Steps(unittest.TestCase):
         self.assertEqual(last, {"what": "study", "done": 11, "total": 36, "note": "equistream play 11", "seconds": 110.0, "seconds_left": 250.0})
         self.assertEqual(self.said("none", 36, 12), [])
 
+    def test_where_standard_error_is_closed_the_output_is_left_alone(self):
+        said = io.StringIO()
+        with mock.patch.object(sys, "stderr", None), contextlib.redirect_stdout(said):
+            for style in ("auto", "json"):
+                options.Progress("farm", style).begin("render", "equistream render a.json")
+        self.assertEqual(said.getvalue(), "")
+
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 OURS = {file.stem for folder in (HERE, REPOSITORY / "tests/stress") for file in folder.glob("*.py")} | {folder.name for folder in HERE.iterdir() if folder.is_dir()}

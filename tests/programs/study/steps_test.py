@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,7 @@ import unittest
 from unittest import mock
 
 from gathered import linked
-from steps import Failed, Refused, Steps, run_as_program, scene_files, write_whole
+from steps import Failed, Refused, Steps, machine, run_as_program, scene_files, write_whole
 
 PATIENCE_S = 20
 PROGRAM = '#!/bin/sh\ncp "$2" "$4" && echo run >> runs\n'
@@ -76,11 +77,11 @@ class SkippedSteps(unittest.TestCase):
         self.assertEqual(list(self.work.rglob("*.unfinished")), [])
 
     def test_what_a_killed_program_has_left_goes(self):
-        self.program.write_text("#!/bin/sh\nexec sleep 1000\n")
+        self.program.write_text("#!/bin/sh\ntouch begun\nexec sleep 1000\n")
         study = [sys.executable, "-c", "import sys; from steps import Steps; Steps(sys.argv[1], sys.argv[1] + '/bin', {}, {}).run('scene', 'do')", self.work]
         killed = subprocess.Popen(study)
         end = time.monotonic() + PATIENCE_S
-        while not list(self.work.rglob("*.unfinished")) and time.monotonic() < end:
+        while not (self.work / "begun").exists() and time.monotonic() < end:
             time.sleep(0.01)
         killed.kill()
         killed.wait()
@@ -238,6 +239,38 @@ class SkippedSteps(unittest.TestCase):
         with self.assertRaises(Failed):
             steps.run("copy", "fail")
         self.assertEqual(steps.output_of("copy"), "said\n")
+
+
+class OwnNames(unittest.TestCase):
+    def test_what_others_on_machines_of_the_same_name_write_stays(self):
+        ended = subprocess.run(["sh", "-c", "echo $$"], capture_output=True, text=True).stdout.strip()
+        host, boot = socket.gethostname(), pathlib.Path("/proc/sys/kernel/random/boot_id").read_text()[:8]
+        space = os.stat("/proc/self/ns/pid").st_ino
+        ours = f"{host}-{boot}-{space}"
+        others = (f"{host}-other-{space}-{ended}", f"{host}-{boot}-{space + 1}-{ended}", f"{ours}-1", f"{ours}x-{ended}")
+        with tempfile.TemporaryDirectory() as folder:
+            for name in (f"{ours}-{ended}", *others):
+                pathlib.Path(folder, f"a.json.{name}.unfinished").touch()
+            write_whole(pathlib.Path(folder, "a.json"), "{}")
+            self.assertEqual(set(os.listdir(folder)), {"a.json", *(f"a.json.{name}.unfinished" for name in others)})
+
+    def test_containers_where_a_process_has_the_same_number_have_other_names(self):
+        """Both at once: what identifies a container that ended is used again."""
+        words = ["unshare", "--user", "--map-root-user", "--pid", "--fork", sys.executable, "-c",
+                 "import pathlib, sys; from steps import aside_of; print(aside_of(pathlib.Path('a')), flush=True); sys.stdin.read()"]
+        containers = [subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+        names = [each.stdout.readline().strip() for each in containers]
+        errors = [each.communicate()[1] for each in containers]
+        if any(error.startswith("unshare:") for error in errors):
+            self.skipTest(f"no namespaces here: {errors}")
+        self.assertTrue(all(name.endswith("-1.unfinished") for name in names), (names, errors))
+        self.assertNotEqual(*names)
+
+
+class Machine(unittest.TestCase):
+    def test_a_system_that_does_not_say_its_name_is_unknown(self):
+        with mock.patch("platform.freedesktop_os_release", side_effect=FileNotFoundError(errno.ENOENT, "No such file", "/etc/os-release")):
+            self.assertEqual(machine()["system"], "unknown")
 
 
 def writes_half(file, content):

@@ -62,6 +62,45 @@ def shown(start_server, secret, certificate, line, seed):
     return {**found, "packets": network.carried + network.lost, "packets_lost": network.lost}
 
 
+DRAW = """(async sizes => {
+    const {renderer, shownFrame} = equistream, {gl} = renderer, {frame} = shownFrame, {position} = frame.info.pose, pixel = new Uint8Array(4), found = [];
+    equistream.isExact = true;
+    const eyesOf = turn => [-1, 1].map(side => ({position: [position[0] + 0.0315 * side, position[1], position[2]], orientation: [Math.cos(turn), 0, Math.sin(turn), 0]}));
+    for (const [width, height] of sizes) {
+        const view = {width, height, focal: 0.5 * width, middle: [0.5 * width, 0.5 * height]}, times = [[], []];
+        while (shownFrame.isMaking)
+            await new Promise(resolve => setTimeout(resolve, 5));
+        await shownFrame.show(frame, view, eyesOf(0), true);
+        if (!renderer.main.hasMesh)
+            throw new Error("expected a mesh, found none");
+        for (let i = 0; i < 50; ++i) {
+            const eyes = eyesOf(0.05 * Math.sin(i));
+            times.forEach((spent, one) => {
+                const began = performance.now(), shown = eyes.slice(one);
+                const drawn = shown.map((eye, number) => renderer.drawEye(view, eye, number, shown.length));
+                renderer.show(null, {left: 0, bottom: 0, width, height}, drawn[0], drawn.at(-1), shown.length > 1, 0);
+                gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+                spent.push(performance.now() - began);
+            });
+        }
+        found.push(times.map(spent => spent.slice(10)));
+    }
+    return found;
+})"""
+
+
+def drawn(url, sizes):
+    """Milliseconds for both eyes and for one, of each size; and what the browser draws with. Without a network between."""
+    browser = Chromium()
+    browser.call("Page.navigate", url=url)
+    browser.wait_for("globalThis.equistream?.times?.firstPicture && equistream.shownFrame.frame.main.distances || document.getElementById('problem').textContent", PATIENCE_S)
+    times = browser.evaluate(f"{DRAW}({json.dumps(sizes)})")
+    by = browser.evaluate("(gl => gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL))(equistream.renderer.gl)")
+    browser.close()
+    rows = [{"size": f"{width}x{height}", "eyes": 2 - one, **ranks(sorted(spent))} for (width, height), both in zip(sizes, times, strict=True) for one, spent in enumerate(both)]
+    return {"by": by, "times_ms": rows}
+
+
 def figures(found):
     """How much later than the soonest pictures came, once the first second is over, and how long the page stood still between two refreshes."""
     seen, refreshes = found.get("seen", []), found.get("refreshes", [])

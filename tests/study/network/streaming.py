@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """What networks do to a stream: docs/results/stream.json.
 
-usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,page,viewers,live,faults,pose]
+usage: streaming.py --bin BIN_DIR --work FOLDER [--other-bin BIN_DIR] [--parts lines,page,drawing,viewers,live,faults,pose]
 
 Needs root: real sockets in two network namespaces, with a line between them that is emulated packet by packet (emulated.py).
 
 lines: `equistream serve` sends a recorded stream of the bundled scene `motion` in time with its frames. The other side notes when each sphere is there,
 decoded. `play --network trace=` then shows what a viewer sees at each refresh, for a head that moves on meanwhile, and `compare` scores it against a render
 of that refresh's own time. The scene glows, so there is no noise, and nothing but lateness differs between lines.
+
+drawing: how long the page takes to draw one eye and both, on one machine.
 
 page: the same stream in Chromium, by `serve --web` over https, while its head turns (page_lines.py).
 
@@ -65,7 +67,8 @@ WORTH_SEEING_MS = 2000
 LIVE = ("--size", "480x240", "--spp", "4", "--rate", "4")
 LIVE_SHARES = ((0, 1e9), (8, None), (24, 1e9))
 """From that second on the line carries so many Mbit/s; None: a tenth of what it carried until then."""
-LIVE_S, SETTLED_S = 40, 4
+LIVE_S, SETTLED_S = 40, 8
+LIVE_WAYS = "tcp", "tls", "srt"
 POSE_S = 60
 
 
@@ -237,6 +240,13 @@ def page(options, steps, keep, kept):
     keep("page", rows)
 
 
+def drawing(options, steps, keep, kept):
+    make_inputs(steps)
+    server = Server(options.bin, steps.work / "motion.mkv", "tcp://127.0.0.1:0", "--web", 0, "--loop")
+    keep("drawing", page_lines.drawn(server.said["web"] + "?live=stream", [(640, 360), (1280, 720)]))
+    server.kill()
+
+
 def viewers(options, steps, keep, kept):
     """One viewer, and eight at a time, of a stream that leaves the processors room for as many decoders."""
     make_inputs(steps)
@@ -254,15 +264,20 @@ def viewers(options, steps, keep, kept):
 
 def live(options, steps, keep, kept):
     steps.run("pavilion", "scene", "generate", "pavilion", "--out", "pavilion")
-    keep("live", in_a_child(lambda: watched_live(options.bin, steps.work / "pavilion/pavilion.json")))
+    rows = []
+    for way in LIVE_WAYS:
+        for seed in SEEDS:
+            rows.append({"way": way, "seed": seed, **in_a_child(lambda: watched_live(options.bin, steps.work / "pavilion/pavilion.json", way, seed))})
+            print({key: value for key, value in rows[-1].items() if key != "spheres"}, file=sys.stderr, flush=True)
+    keep("live", rows)
 
 
-def watched_live(programs, scene):
-    network = Network(Line(), 1, receive)
-    server = Server(programs, scene, f"tcp://{SERVER}:9000", *LIVE, "--patience", 60)
+def watched_live(programs, scene, way, seed):
+    network = Network(Line(), seed, receive)
+    server = Server(programs, scene, f"{way}://{SERVER}:9000", *LIVE, "--patience", 60)
     network.begin()
     began = time.monotonic()
-    network.connection.send(address("tcp"))
+    network.connection.send(address(way))
     carried = []
     for (at_s, mbit_s), (until_s, _) in zip(LIVE_SHARES, [*LIVE_SHARES[1:], (LIVE_S, 0)]):
         network.line = Line(mbit_s=mbit_s or carried[-1]["mbit_s"] / 10)
@@ -346,8 +361,8 @@ def decibels(mean_square):
     return -10 * math.log10(mean_square)
 
 
-def span(values):
-    low, high = cell(min(values), 0), cell(max(values), 0)
+def span(values, digits=0):
+    low, high = cell(min(values), digits), cell(max(values), digits)
     return low if low == high else f"{low} to {high}"
 
 
@@ -385,13 +400,29 @@ def viewer_rows(rows):
         yield [row["way"], str(row["viewers"]), *(span([late[key] for late in row["late_ms"]]) for key in ("median", "p95", "most"))]
 
 
-def live_rows(found):
-    for part, end_s in zip(found["line"], [*(part["from_s"] for part in found["line"][1:]), LIVE_S]):
-        spheres = [sphere for sphere in found["spheres"] if part["from_s"] <= sphere["at_s"] < end_s]
-        later = sorted(sphere["later_s"] for sphere in spheres)
-        settled = [sphere for sphere in spheres if sphere["at_s"] >= part["from_s"] + SETTLED_S]
-        yield [f"{part['from_s']} s", "no limit" if part["line_mbit_s"] > 1e6 else cell(part["line_mbit_s"]), cell(part["mbit_s"]), str(len(spheres)),
-               cell(statistics.median(later)), cell(later[-1]), cell(max(sphere["later_s"] for sphere in settled)), cell(statistics.mean(sphere["crf"] for sphere in settled), 1)]
+def live_rows(rows):
+    """A way and a part of the line each, of all seeds."""
+    ends_s = [*(from_s for from_s, _ in LIVE_SHARES[1:]), LIVE_S]
+    for way in LIVE_WAYS:
+        found = [row for row in rows if row["way"] == way]
+        for i, ((from_s, _), end_s) in enumerate(zip(LIVE_SHARES, ends_s, strict=True)):
+            parts = [[sphere for sphere in row["spheres"] if from_s <= sphere["at_s"] < end_s] for row in found]
+            if not all(parts):
+                yield [way, f"{from_s} s", *6 * ["-"]]
+                continue
+            settled = [[sphere for sphere in part if sphere["at_s"] >= from_s + SETTLED_S] or part[-1:] for part in parts]
+            carried = [row["line"][i]["line_mbit_s"] for row in found]
+            yield [way, f"{from_s} s", "no limit" if carried[0] > 1e6 else span(carried, 2), span([len(part) for part in parts]),
+                   span([statistics.median(sphere["later_s"] for sphere in part) for part in parts], 2),
+                   span([longest_gap(row["spheres"], from_s, end_s) for row in found], 1),
+                   span([max(sphere["later_s"] for sphere in part) for part in settled], 2),
+                   span([statistics.mean(sphere["crf"] for sphere in part) for part in settled])]
+
+
+def longest_gap(spheres, from_s, end_s):
+    """Without a new sphere, of that part of the time."""
+    shown = [from_s, *(sphere["at_s"] for sphere in spheres if from_s <= sphere["at_s"] < end_s), end_s]
+    return max(later - at for at, later in zip(shown, shown[1:]))
 
 
 STAGES = {"pose": "at the server: a pose waits until a sphere is ordered", "render": "the sphere is rendered", "hand_over": "its file is written", "wait": "the encoder is not free yet",
@@ -412,11 +443,14 @@ def write_page(found, page):
     if "page" in found:
         text = place(text, "page", "stream", table(["line", "packets lost, %", "first picture, ms", "spheres shown", "later, median, ms", "95 %", "the latest",
                                                     "between refreshes, median, ms", "at most"], page_rows(found["page"]), 1))
+    if "drawing" in found:
+        rows = [[row["size"], str(row["eyes"]), *(cell(row[key], 1) for key in ("median", "p95", "most"))] for row in found["drawing"]["times_ms"]]
+        text = place(text, "drawing", "stream", table(["picture", "eyes", "milliseconds, median", "95 %", "the longest"], rows, 1))
     if "viewers" in found:
         text = place(text, "viewers", "stream", table(["by", "viewers", "spheres come late, median, ms", "95 %", "the latest"], viewer_rows(found["viewers"])))
     if "live" in found:
-        text = place(text, "live", "stream", table(["from", "the line carries, Mbit/s", "sent, Mbit/s", "spheres", "later, median, s", "latest, s", f"latest after {SETTLED_S} s", "CRF then"],
-                                                   live_rows(found["live"])))
+        text = place(text, "live", "stream", table(["by", "from", "the line carries, Mbit/s", "spheres", "later, median, s", "longest without one, s",
+                                                    f"latest after {SETTLED_S} s", "CRF then"], live_rows(found["live"]), 2))
     if "pose" in found:
         text = place(text, "pose", "stream", table(["stage", "median, ms", "99 %, ms"], pose_rows(found["pose"]), 1))
     write_whole(page, text)
@@ -428,7 +462,7 @@ def main():
     parser.add_argument("--other-bin", type=pathlib.Path, help="the same, of a server that leaves congestion control to the system")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
     parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
-    parser.add_argument("--parts", default="lines,page,viewers,live,faults,pose", help="which of them")
+    parser.add_argument("--parts", default="lines,page,drawing,viewers,live,faults,pose", help="which of them")
     parser.add_argument("--ways", default=",".join(WAYS), help="of the lines; figures of others are kept")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
@@ -445,7 +479,7 @@ def main():
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
-        {"lines": lines, "page": page, "viewers": viewers, "live": live, "faults": faults, "pose": pose}[part](options, steps, keep, kept.get(part, []))
+        {"lines": lines, "page": page, "drawing": drawing, "viewers": viewers, "live": live, "faults": faults, "pose": pose}[part](options, steps, keep, kept.get(part, []))
     write_page(kept, options.page)
 
 

@@ -2,13 +2,16 @@
 #include "client_folder.h"
 #include "watched_client.h"
 
+#include <tests/comma_locale.h>
+
 #include <algorithm>
+#include <cfenv>
 #include <fstream>
 
 namespace equistream::test {
 namespace {
 
-class ClientFailures : public testing::Test {
+class ClientFailures : public ::testing::Test {
 protected:
     const synthetic::Folder folder;
     const std::string file = folder / "a.mkv";
@@ -84,6 +87,26 @@ TEST_F(ClientFailures, WithoutItsDepthAFrameIsTurnedAlone) {
         return look.state.is_over != 0;
     });
     EXPECT_EQ(frames_of(seen).size(), std::size_t(pictures));
+}
+
+/// OpenColorIO reads numbers by C++ streams, and divides by zero.
+TEST_F(ClientFailures, HdrIsShownToAHostWithALocaleAndTraps) {
+    const FloatImage grey(128, 64, 3, 0.5f);
+    StreamSettings hdr;
+    hdr.transfer = Transfer::pq;
+    hdr.preset = "ultrafast";
+    hdr.tracks = {{TrackRole::main, grey.width(), grey.height()}};
+    StreamWriter writer(file, hdr);
+    writer.write_pq(TrackRole::main, grey.view(), synthetic::info(grey.width(), grey.height(), 0));
+    writer.finish();
+    const testing::CommaLocale of_host;
+    constexpr int traps = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;
+    feenableexcept(traps);
+    WatchedClient watched(settings);
+    const Look look = watched.look();
+    EXPECT_EQ(fedisableexcept(traps), traps) << "they are the host's again";
+    EXPECT_EQ(look.problem, "");
+    EXPECT_EQ(look.state.frame, 0);
 }
 
 /// Frames of a second each: they are not extrapolated for that long.

@@ -292,7 +292,28 @@ TEST_F(RayColourTest, GlassIsNotMatteAndRoughMetalIs) {
 TEST_F(RayColourTest, AWideRaySeesTheMean) {
     RayColour geometry(scene);
     const GeometryHit hit = cast(geometry, {0.5f, -1, -3}, 4);
-    EXPECT_NEAR(hit.base_colour.r, 0.5f * srgb_to_linear(126.0f / 255), 0.01);
+    float mean = 0;
+    for (int x = 0; x < texels; ++x)
+        mean += srgb_to_linear(float(4 * x) / 255) / texels;
+    EXPECT_NEAR(hit.base_colour.r, 0.5f * mean, 0.01);
+}
+
+TEST_F(RayColourTest, FarOffAFineCheckerIsAsBrightAsItsLight) {
+    ByteImage checker(8, 8, 3);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+            std::fill_n(checker.pixel(x, y), 3, std::uint8_t((x + y) % 2 == 0 ? 0 : 255));
+    write_picture(folder / "checker.png", checker.view());
+    std::ifstream file(folder / "checker.png", std::ios::binary);
+    SceneModel model;
+    model.textures.push_back({.name = "checker",
+                              .mime_type = "image/png",
+                              .encoded{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()},
+                              .wrap_u = Wrap::repeat,
+                              .wrap_v = Wrap::repeat});
+    const BaseTextures textures(model);
+    for (const float footprint : {0.25f, 1.0f})
+        EXPECT_NEAR(textures.lookup(0, {0.3f, 0.6f}, footprint).r, 0.5f, 0.004f) << footprint;
 }
 
 /// The wall's 64 texels lie 1/16 m apart: across two of them a ray sees their mean, across less than one a point.

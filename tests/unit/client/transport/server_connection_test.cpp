@@ -9,6 +9,9 @@
 #include <equistream/error.h>
 #include <equistream/tile_stream.h>
 
+#include <dlfcn.h>
+#include <netdb.h>
+
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -17,8 +20,18 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <string_view>
 #include <thread>
 #include <tuple>
+
+/// Instead of the system's: this name has two addresses, of which every machine has both.
+extern "C" int getaddrinfo(const char* name, const char* service, const addrinfo* hints, addrinfo** found) {
+    static const auto of_system = reinterpret_cast<decltype(&getaddrinfo)>(::dlsym(RTLD_NEXT, "getaddrinfo"));
+    if (name == nullptr || std::string_view(name) != "two-homes.test")
+        return of_system(name, service, hints, found);
+    const int error = of_system("127.0.0.1", service, hints, found);
+    return error != 0 ? error : of_system("127.0.0.2", service, hints, &(*found)->ai_next);
+}
 
 namespace equistream::test {
 namespace {
@@ -80,6 +93,21 @@ TEST(ServerConnections, AServerThatDoesNotAnswerIsGivenUp) {
     PoseSender poses;
     EXPECT_EQ(failure_of([&] { ServerConnection(server.address(), &poses, {}, impatient); }),
               server.address() + ": the server did not answer for 0.3 s");
+}
+
+TEST(ServerConnections, TheSecondAddressIsTriedWhereTheFirstDoesNotAnswer) {
+    std::optional<SilentServer> first(0);
+    SilentServer second(4, "127.0.0.2", first->port());
+    first->fill_up(0);
+    const std::string address = "tcp://two-homes.test:" + std::to_string(second.port());
+    for (const char* state : {"says nothing", "refuses"}) {
+        SCOPED_TRACE(state);
+        ServerConnection connection(address, nullptr, {}, {.connect_s = 1});
+        second.send("all");
+        std::array<std::uint8_t, 16> bytes{};
+        EXPECT_EQ(connection.read(bytes), 3u);
+        first.reset();
+    }
 }
 
 /// A live server that has rendered one sphere shows it: libav alone would read eight of them first.

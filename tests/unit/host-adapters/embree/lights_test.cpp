@@ -195,6 +195,15 @@ TEST_F(SkyImageFile, OpenExrAndRadianceAreReadTopRowFirst) {
     }
 }
 
+TEST_F(SkyImageFile, AQuestionMarkInItsPathIsOne) {
+    const std::filesystem::path file = folder_ / "what?" / "sky.exr";
+    std::filesystem::create_directory(file.parent_path());
+    std::filesystem::rename(save("sky.exr", small, ramp(24)), file);
+    EXPECT_EQ(read_sky_image(file).samples()[23], 11.5f);
+    std::ofstream(file) << "no image";
+    expect_contains(error(file), "a readable sky image");
+}
+
 TEST_F(SkyImageFile, GreyIsRepeatedAndAlphaLeftAlone) {
     const FloatImage grey =
         read_sky_image(save("grey.exr", OIIO::ImageSpec(2, 1, 1, OIIO::TypeDesc::HALF), {0.25f, 8}));

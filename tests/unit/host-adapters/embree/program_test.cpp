@@ -348,6 +348,37 @@ TEST_F(RenderProgram, APathInEpochSecondsBeginsAtItsFirstSample) {
     EXPECT_NE(ns.error.find("ns.csv: expected times in seconds"), std::string::npos) << ns.error;
 }
 
+TEST_F(RenderProgram, AnExposureAtWhichFramesCannotHoldWhiteIsNoted) {
+    const auto noted = [this](double exposure) {
+        GeneratedScene scene = make_scene(find_generator("furnace"));
+        scene.description.exposure = exposure;
+        scene_ = write_scene(scene, folder_);
+        const Outcome planned = run("--dry-run " + out("none"));
+        EXPECT_EQ(planned.exit_code, 0) << planned.error;
+        return planned.error;
+    };
+    EXPECT_EQ(noted(1.6e-5), "");
+    const std::string dark = noted(1e-6);
+    EXPECT_EQ(dark, "equistream render: note: " + scene_.string() +
+                        ": exposure 1e-06 shows radiance 1e+06 as white, but frames hold at most 65504: what is "
+                        "brighter than 0.066 of white is cut. Divide all lights by a factor, and multiply exposure by "
+                        "it\n");
+}
+
+TEST_F(RenderProgram, ACameraFarFromTheOriginIsNoted) {
+    const auto noted = [this](const std::string& x_m) {
+        std::ofstream(folder_ / "far.csv") << "0,0,0,0,1,0,0,0\n1," << x_m << ",0,0,1,0,0,0\n";
+        const Outcome planned = run("--dry-run --path " + (folder_ / "far.csv").string() + " " + out("none"));
+        EXPECT_EQ(planned.exit_code, 0) << planned.error;
+        return planned.error;
+    };
+    EXPECT_EQ(noted("2000"), "");
+    EXPECT_EQ(noted("-500000"), "equistream render: note: " + scene_.string() +
+                                    ": the camera goes 500000 m from the world's origin: places are rounded to 0.031 m "
+                                    "there, and light may leak through walls. Move the model and all paths to within "
+                                    "2000 m of the origin\n");
+}
+
 TEST_F(RenderProgram, ALongPathCanBeInterruptedBeforeItsFirstFrame) {
     std::ofstream(folder_ / "day.csv") << "0,0,0,0,1,0,0,0\n86400,1,0,0,1,0,0,0\n";
     const pid_t child = fork();

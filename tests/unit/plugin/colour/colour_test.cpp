@@ -1,5 +1,6 @@
 #include <equistream/colour.h>
 #include <equistream/error.h>
+#include <tests/comma_locale.h>
 
 #include <gtest/gtest.h>
 
@@ -268,6 +269,24 @@ TEST(HdrDisplay, TheShaderNamesItsTablesAndItsExposure) {
         }
         EXPECT_FALSE(shader.tables.empty());
     }
+}
+
+TEST(Colour, IsTheSameInEveryLocaleOfTheHostWhichKeepsIt) {
+    const FloatImage linear = random_image(16, 8, 3, 0, 1);
+    const FloatImage srgb = DisplayTransform().to_display(linear.view(), 1), pq = PqEncoding().encode(linear.view(), 1);
+    const FloatImage shown = HdrDisplay().to_display(pq.view());
+    const std::string shader = HdrDisplay().shader().text;
+    const testing::CommaLocale of_host;
+    EXPECT_TRUE(std::ranges::equal(DisplayTransform().to_display(linear.view(), 1).samples(), srgb.samples()));
+    EXPECT_TRUE(std::ranges::equal(PqEncoding().encode(linear.view(), 1).samples(), pq.samples()));
+    EXPECT_TRUE(std::ranges::equal(HdrDisplay().to_display(pq.view()).samples(), shown.samples()));
+    EXPECT_EQ(HdrDisplay().shader().text, shader);
+    EXPECT_EQ(std::locale().name(), "comma");
+    EXPECT_STREQ(std::localeconv()->decimal_point, ",");
+    std::setlocale(LC_ALL, "C");  // of C functions alone
+    const HdrDisplay another;
+    EXPECT_EQ(std::locale().name(), "comma");
+    EXPECT_STREQ(std::localeconv()->decimal_point, ".");
 }
 
 std::string refusal(const HdrDisplaySettings& settings) {

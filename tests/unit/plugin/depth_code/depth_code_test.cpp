@@ -34,6 +34,12 @@ FloatImage depths(const DepthRange& range, int width, int height, unsigned seed)
     return depth_m;
 }
 
+/// What rounding alone changes of w at most: all that changes where the pixels that share a sample are of one depth.
+double rounding_w(const DepthCode& code, const DepthRange& range) {
+    const int levels = code.levels(range);
+    return levels == 0 ? 0 : bounded_inverse_depth(range.near_m, range.box_radius_m) / (2 * levels);
+}
+
 /// A chroma sample of 4:2:0 stands for four pixels.
 FloatImage in_squares_of_four(const FloatImage& depth_m) {
     FloatImage squares(2 * depth_m.width(), 2 * depth_m.height(), 1);
@@ -54,6 +60,14 @@ FloatImage round_trip(const DepthCode& code, const FloatImage& depth_m, const De
     return back;
 }
 
+double worst_error_w(const FloatImage& depth_m, const FloatImage& back_m, double box_radius_m) {
+    double worst = 0;
+    for (std::size_t i = 0; i < back_m.samples().size(); ++i)
+        worst = std::max(worst, std::abs(bounded_inverse_depth(depth_m.samples()[i], box_radius_m) -
+                                         bounded_inverse_depth(back_m.samples()[i], box_radius_m)));
+    return worst;
+}
+
 class EveryCode : public testing::TestWithParam<DepthCodeId> {
 protected:
     std::unique_ptr<DepthCode> code = make_depth_code(GetParam());
@@ -63,22 +77,16 @@ TEST_P(EveryCode, RoundTripStaysWithinTheStep) {
     for (const bool has_empty : {false, true})
         for (const auto& [box, near] : {std::pair{0.0315, 0.3}, {0.063, 0.1}, {0.2815, 0.75}, {0.0315, 40.0}}) {
             const DepthRange range{box, double(float(near)), has_empty};
-            FloatImage depth_m = depths(range, 128, 64, 7);
-            if (GetParam() == DepthCodeId::pece420)
-                depth_m = in_squares_of_four(depth_m);
-            const FloatImage back = round_trip(*code, depth_m, range);
-            const double bound = std::sin(quantisation_bound_rad(*code, range));
+            const FloatImage unlike_m = depths(range, 128, 64, 7), alike_m = in_squares_of_four(unlike_m);
             // Floats near infinity: w has its own rounding, of a depth's last bit.
-            const double rounding =
+            const double last_bit =
                 GetParam() == DepthCodeId::lossless ? 0 : 4e-7 * bounded_inverse_depth(range.near_m, box);
-            double worst = 0;
-            for (std::size_t i = 0; i < back.samples().size(); ++i) {
-                const double w = bounded_inverse_depth(depth_m.samples()[i], box);
-                const double w_back = bounded_inverse_depth(back.samples()[i], box);
-                worst = std::max(worst, std::abs(w - w_back));
-            }
-            EXPECT_LE(worst, bound + rounding) << "B " << box << ", near " << near;
-            EXPECT_GE(worst, 0.5 * bound);  // no larger than it has to be
+            const double worst = worst_error_w(alike_m, round_trip(*code, alike_m, range), box);
+            const double rounding = rounding_w(*code, range);
+            EXPECT_LE(worst, rounding + last_bit) << "B " << box << ", near " << near;
+            EXPECT_GE(worst, 0.5 * rounding);  // no larger than it has to be
+            EXPECT_LE(worst_error_w(unlike_m, round_trip(*code, unlike_m, range), box),
+                      std::sin(quantisation_bound_rad(*code, range)) + last_bit);
         }
 }
 
@@ -88,8 +96,8 @@ TEST_P(EveryCode, InfinityAndTheNearestDepthComeBackAsTheyWere) {
     for (float& r : depth_m.samples().subspan(128))
         r = 0.3f;
     const FloatImage back = round_trip(*code, depth_m, range);
-    const double step = 2 * std::sin(quantisation_bound_rad(*code, range));
-    EXPECT_EQ(depth_tolerance_w(DepthCodeInfo{code->id(), range}), step / 2);
+    EXPECT_EQ(depth_tolerance_w(DepthCodeInfo{code->id(), range}), std::sin(quantisation_bound_rad(*code, range)));
+    const double step = 2 * rounding_w(*code, range);
     for (int x = 0; x < 64; ++x) {
         EXPECT_EQ(back.pixel(x, 0)[0], inf);
         EXPECT_NEAR(bounded_inverse_depth(back.pixel(x, 3)[0], 0.0315), bounded_inverse_depth(0.3f, 0.0315), step);
@@ -112,7 +120,7 @@ TEST_P(EveryCode, WhatIsNearerIsClampedAndCounted) {
         return;
     }
     EXPECT_EQ(too_near, 64);
-    const double step = 2 * std::sin(quantisation_bound_rad(*code, range));
+    const double step = 2 * rounding_w(*code, range);
     for (std::size_t i = 0; i < 64; ++i)
         EXPECT_NEAR(bounded_inverse_depth(back.samples()[i], 0.0315), bounded_inverse_depth(0.5, 0.0315), step);
 }
@@ -196,6 +204,53 @@ TEST(DepthCode, PeceDecodesAsThePaperSays) {
     }
 }
 
+/// Depths of the middle of a range, told by the steps that Pece's codes count them in.
+class PeceBounds : public testing::Test {
+protected:
+    static constexpr DepthRange range{0.03125, 0.5, false};
+    static constexpr double top = 65407;
+
+    static double steps_of(float depth_m) {
+        return top * (range.near_m - range.box_radius_m) / (double(depth_m) - range.box_radius_m);
+    }
+    static float depth_of(double steps) {
+        return float(range.box_radius_m + top * (range.near_m - range.box_radius_m) / steps);
+    }
+    static double bound_steps(const DepthCode& code) {
+        return top * std::sin(quantisation_bound_rad(code, range)) /
+               bounded_inverse_depth(range.near_m, range.box_radius_m);
+    }
+    static double worst_steps(const DepthCode& code, const FloatImage& depth_m) {
+        const FloatImage back_m = round_trip(code, depth_m, range);
+        double worst = 0;
+        for (std::size_t i = 0; i < back_m.samples().size(); ++i)
+            worst = std::max(worst, std::abs(steps_of(back_m.samples()[i]) - steps_of(depth_m.samples()[i])));
+        return worst;
+    }
+};
+
+/// 128 of 256 steps up its wave a depth is 127.5 of 255: both are rounded up.
+TEST_F(PeceBounds, CountBothRoundings) {
+    const auto code = make_depth_code(DepthCodeId::pece444);
+    FloatImage depth_m(64, 2, 1);
+    for (std::size_t i = 0; i < depth_m.samples().size(); ++i)
+        depth_m.samples()[i] = depth_of(256 + 512 * double(i % 4) - 0.499);
+    const double worst = worst_steps(*code, depth_m);
+    EXPECT_LE(worst, bound_steps(*code));
+    EXPECT_GE(worst, 0.998 * bound_steps(*code));
+}
+
+/// One at the foot of its wave, and three at the top.
+TEST_F(PeceBounds, CountThePixelsThatShareASample) {
+    const auto code = make_depth_code(DepthCodeId::pece420);
+    FloatImage depth_m(64, 2, 1, depth_of(384));
+    for (int x = 0; x < 64; x += 2)
+        depth_m.pixel(x, 0)[0] = depth_of(127.501);
+    const double worst = worst_steps(*code, depth_m);
+    EXPECT_LE(worst, bound_steps(*code));
+    EXPECT_GE(worst, 0.99 * bound_steps(*code));
+}
+
 TEST(DepthCode, RangesHoldTheNearestSurfaceWithinTheWholeBudget) {
     for (const DepthCodeId id : all_codes) {
         const auto code = make_depth_code(id);
@@ -205,7 +260,7 @@ TEST(DepthCode, RangesHoldTheNearestSurfaceWithinTheWholeBudget) {
                 EXPECT_EQ(range.has_empty, has_empty);
                 EXPECT_GE(range.near_m, nearest);
                 EXPECT_GT(float(range.near_m), float(range.box_radius_m));
-                EXPECT_LE(quantisation_bound_rad(*code, range), error_budget_rad(960) * (1 + 1e-6));
+                EXPECT_LE(std::asin(rounding_w(*code, range)), error_budget_rad(960) * (1 + 1e-6));
             }
             EXPECT_EQ(depth_range(*code, 0.0315, 30, has_empty, 960).near_m, 30);
             EXPECT_TRUE(std::isfinite(depth_range(*code, 0.0315, HUGE_VAL, has_empty, 960).near_m));

@@ -41,6 +41,17 @@ TEST_F(ExrRoundTrip, every_plane_and_attribute_is_exact) {
     }
 }
 
+TEST_F(ExrRoundTrip, orientations_are_read_at_unit_length) {
+    Frame frame = test_frame(8, 4);
+    const Pose head = frame.info.head;
+    frame.info.camera_pose.orientation = {0.9991, 0, 0, 0};
+    frame.info.head.orientation *= 1.0009;
+    write_exr(folder / "a.exr", frame);
+    const FrameInfo read = read_exr_info(folder / "a.exr");
+    EXPECT_EQ(read.camera_pose.orientation, glm::dquat(1, 0, 0, 0));
+    EXPECT_LT(glm::length(read.head.orientation - head.orientation), 1e-15);
+}
+
 TEST_F(ExrRoundTrip, atlases_of_patches_are_exact) {
     Frame frame = test_frame(48, 32);
     frame.info.camera = EquirectCamera{500, 243, {-2.5, 3.0, -0.7, 1.1}};

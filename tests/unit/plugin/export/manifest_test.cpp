@@ -59,6 +59,16 @@ TEST_F(ManifestFile, comes_back_exactly) {
     EXPECT_EQ(read.single_part, std::nullopt);
 }
 
+TEST_F(ManifestFile, orientations_are_read_at_unit_length) {
+    Manifest manifest = example();
+    manifest.shared.camera_pose.orientation = {0.9991, 0, 0, 0};
+    manifest.shared.head.orientation *= 1.0009;
+    write_manifest(folder, manifest);
+    const FrameInfo read = read_manifest(folder).shared;
+    EXPECT_EQ(read.camera_pose.orientation, glm::dquat(1, 0, 0, 0));
+    EXPECT_LT(glm::length(read.head.orientation - example().shared.head.orientation), 1e-15);
+}
+
 TEST_F(ManifestFile, what_not_every_sequence_has_comes_back) {
     Manifest written = example();
     FrameInfo& info = written.shared;

@@ -40,6 +40,17 @@ TEST(PictureFile, PngKeepsEveryByte) {
     }
 }
 
+TEST(PictureFile, AnyPathLeadsToIt) {
+    const ByteImage written = gradient(3);
+    for (const char* folder : {"what?", "a?b=c", "100%", "[1]", "a b"}) {
+        const fs::path file = fs::path(testing::TempDir()) / folder / "picture.png";
+        fs::create_directories(file.parent_path());
+        write_picture(file, written.view());
+        EXPECT_TRUE(std::ranges::equal(written.samples(), read_picture(file).samples())) << folder;
+        fs::remove_all(file.parent_path());
+    }
+}
+
 TEST(PictureFile, TruncationIsAnErrorThatNamesTheFile) {
     const fs::path file = fs::path(testing::TempDir()) / "cut.png";
     write_picture(file, gradient(3).view());

@@ -366,6 +366,16 @@ TEST(FrameInfoPayload, PosesUpToTheLimitAreTaken) {
     expect_same_info(tagged->info, info);
 }
 
+TEST(FrameInfoPayload, OrientationsAreReadAtUnitLength) {
+    FrameInfo info = full_info();
+    info.camera_pose.orientation *= 0.9991;
+    info.head.orientation *= 1.0009;
+    const auto tagged = decode_frame_info(encode_frame_info(TrackRole::patches, info));
+    ASSERT_TRUE(tagged);
+    EXPECT_LT(glm::length(tagged->info.camera_pose.orientation - full_info().camera_pose.orientation), 1e-15);
+    EXPECT_LT(glm::length(tagged->info.head.orientation - full_info().head.orientation), 1e-15);
+}
+
 TEST(FrameInfoPayload, RandomDamageNeverDoesMoreThanThrow) {
     std::mt19937 generator(11);
     for (int round = 0; round < 20000; ++round) {

@@ -84,9 +84,10 @@ TEST_P(DepthTracks, ComeBackBesideTheirColour) {
     EXPECT_EQ(next[TrackRole::main], pictures);
     ASSERT_EQ(next[TrackRole::depth], pictures);
     // Nearly all of it is within the whole budget; lossless loses nothing.
-    const double quantisation_rad = quantisation_bound_rad(*make_depth_code(GetParam().code), range);
     const bool lossless = GetParam().code == DepthCodeId::lossless;
-    EXPECT_LE(quantile(off.surfaces_rad, 0.5), lossless ? 0 : quantisation_rad + median_codec_error_rad());
+    const double nearest_w = bounded_inverse_depth(range.near_m, range.box_radius_m);
+    const double rounding_rad = lossless ? 0 : nearest_w / (2 * make_depth_code(GetParam().code)->levels(range));
+    EXPECT_LE(quantile(off.surfaces_rad, 0.5), lossless ? 0 : rounding_rad + median_codec_error_rad());
     EXPECT_LE(quantile(off.surfaces_rad, 0.95), lossless ? 0 : error_budget_rad(default_focal_length_px));
     EXPECT_LE(quantile(off.sky_rad, 0.95), lossless ? 0 : error_budget_rad(default_focal_length_px));
     const auto& track = *std::ranges::find(reader.tracks(), TrackRole::depth, &StreamTrackSummary::role);

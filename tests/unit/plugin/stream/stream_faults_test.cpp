@@ -315,6 +315,39 @@ TEST(StreamFaults, AnEarlierFileStaysUntilTheNewOneIsWhole) {
     EXPECT_GT(bytes_of(file).size(), 1000u);
 }
 
+TEST(StreamFaults, ALinkStaysAndTheFileLiesWhereItLeads) {
+    const synthetic::Folder folder;
+    std::filesystem::create_directories(folder / "large/disk");
+    std::filesystem::create_symlink("large/disk/link.mkv", folder / "a.mkv");
+    std::filesystem::create_symlink("../b.mkv", folder / "large/disk/link.mkv");
+    const auto made = synthetic::small_stream(Codec::h264, false);
+    for (const char* state : {"not there yet", "there"}) {
+        synthetic::write(folder / "a.mkv", made);
+        EXPECT_TRUE(std::filesystem::is_symlink(folder / "a.mkv")) << state;
+        EXPECT_TRUE(std::filesystem::is_symlink(folder / "large/disk/link.mkv")) << state;
+        EXPECT_TRUE(std::filesystem::is_regular_file(folder / "large/b.mkv")) << state;
+    }
+}
+
+TEST(StreamFaults, ALinkThatLeadsNowhereIsRefusedBeforeAnythingIsCoded) {
+    const synthetic::Folder folder;
+    const auto refusal = [&](const std::string& leads_to) -> std::string {
+        const std::string file = folder / "a.mkv";
+        std::filesystem::remove(file);
+        std::filesystem::create_symlink(leads_to, file);
+        try {
+            const StreamWriter writer(file, synthetic::small_stream(Codec::h264, false).settings);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refusal("a.mkv"), (folder / "a.mkv").string() + ": expected a place that can be written, found a "
+                                                              "symbolic link that leads back to itself");
+    EXPECT_EQ(refusal("none/b.mkv"), (folder / "none/b.mkv").string() +
+                                         ": expected a place that can be written, found No such file or directory");
+}
+
 TEST(StreamFaults, TheUnfinishedFileIsNoSymbolicLink) {
     synthetic::Folder folder;
     const std::string file = (folder / "a.mkv").string();

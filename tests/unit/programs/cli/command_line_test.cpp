@@ -1,15 +1,11 @@
 #include <equistream/error.h>
 #include <programs/cli/columns.h>
 #include <programs/cli/commands.h>
-#include <programs/cli/process.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 #include <programs/cli/settings_text.h>
 
 #include <gtest/gtest.h>
-
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -19,6 +15,8 @@
 #include <limits>
 #include <optional>
 #include <sstream>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::cli {
@@ -112,6 +110,17 @@ TEST(Progress, RefusesUnknownStyles) {
     EXPECT_THROW(parse_progress("loud"), InputError);
 }
 
+TEST(Progress, FitsIntoALineOfTheTerminal) {
+    for (const std::size_t columns : {1u, 10u, 20u, 40u, 56u, 80u})
+        for (const char* left : {"", "0:07 left", "12:34:56 left"})
+            EXPECT_LT(progress_line("render", 0.5, left, columns).size(), columns);
+    const std::string whole = "render [###############...............]  50% 0:07 left     ";
+    EXPECT_EQ(progress_line("render", 0.5, "0:07 left", 80), whole);
+    EXPECT_EQ(progress_line("render", 0.5, "0:07 left", 0), whole);
+    EXPECT_EQ(progress_line("render", 0.5, "0:07 left", 40), "render [#####.....]  50% 0:07 left     ");
+    EXPECT_EQ(progress_line("render", 0.5, "0:07 left", 28), "render  50% 0:07 left     ");
+}
+
 TEST(DidYouMean, NamesWhatIsNear) {
     const std::vector<std::string> options = {"--frames", "--fps", "--size", "--spp", "--patch-side"};
     EXPECT_EQ(nearest_word("--frame", options), "--frames");
@@ -129,6 +138,23 @@ TEST(Provenance, NamesCommandVersionAndMachine) {
     EXPECT_FALSE(made["version"].get<std::string>().empty());
     EXPECT_FALSE(made["machine"]["cpu"].get<std::string>().empty());
     EXPECT_GE(made["machine"]["threads"], 1);
+}
+
+TEST(Host, OfALibraryThatNeedsAvx2IsRefusedWithoutIt) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "hosts";
+    std::filesystem::create_directories(folder);
+    for (const Host& host : hosts)
+        std::ofstream(folder / host.program) << "a program";
+    EXPECT_EQ(host_program("mitsuba", folder, true), folder / "equistream-render-mitsuba");
+    EXPECT_EQ(host_program("embree", folder, false), folder / "equistream-render-embree");
+    try {
+        host_program("mitsuba", folder, false);
+        ADD_FAILURE() << "it would end by SIGILL";
+    } catch (const InputError& error) {
+        EXPECT_EQ(std::string(error.what()).find("--host mitsuba: expected a processor with AVX2, found one without"),
+                  0u)
+            << error.what();
+    }
 }
 
 TEST(Command, IsQuotedForTheShell) {
@@ -347,101 +373,6 @@ TEST(Program, AFileBeyondTheLimitOfSizesIsAnErrorAndNotTheEnd) {
     EXPECT_EQ(run({"p"}, n, errors), exit_done);
     EXPECT_EQ(std::signal(SIGXFSZ, before), SIG_IGN);
 }
-
-/// The folder that a process makes, fills and leaves to a signal.
-class InterruptedScratch : public testing::TestWithParam<int> {};
-
-TEST_P(InterruptedScratch, IsRemovedAndTheSignalEndsTheProcess) {
-    int ends[2];
-    ASSERT_EQ(pipe(ends), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-        const ScratchFolder folder("test"), another("test");
-        std::filesystem::create_directory(folder.path() / "inner");
-        std::ofstream(folder.file("inner/a")) << "bytes";
-        const std::string names = folder.path().string() + "\n" + another.path().string() + "\n";
-        if (write(ends[1], names.data(), names.size()) != static_cast<ssize_t>(names.size()))
-            _exit(1);
-        for (;;)
-            pause();
-    }
-    std::string names;
-    while (std::count(names.begin(), names.end(), '\n') < 2) {
-        char c = 0;
-        ASSERT_EQ(read(ends[0], &c, 1), 1);
-        names += c;
-    }
-    close(ends[0]);
-    close(ends[1]);
-    kill(child, GetParam());
-    int status = 0;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == GetParam()) << status;
-    std::istringstream lines(names);
-    for (std::string name; std::getline(lines, name);)
-        EXPECT_FALSE(std::filesystem::exists(name)) << name;
-}
-
-/// How a process ends that does this.
-int status_of(const std::function<void()>& work) {
-    const pid_t child = fork();
-    if (child == 0) {
-        work();
-        _exit(0);
-    }
-    int status = 0;
-    EXPECT_EQ(waitpid(child, &status, 0), child);
-    return status;
-}
-
-TEST(Interrupts, EndTheProcessWithALine) {
-    int ends[2];
-    ASSERT_EQ(pipe(ends), 0);
-    const int status = status_of([&] {
-        dup2(ends[1], STDERR_FILENO);
-        std::signal(SIGINT, SIG_DFL);
-        say_at_interrupt("equistream test: interrupted: nothing is written");
-        kill(getpid(), SIGINT);
-        for (;;)
-            pause();
-    });
-    close(ends[1]);
-    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT) << status;
-    std::string said(100, '\0');
-    said.resize(std::size_t(std::max<ssize_t>(0, read(ends[0], said.data(), said.size()))));
-    close(ends[0]);
-    EXPECT_EQ(said, "equistream test: interrupted: nothing is written\n");
-}
-
-TEST(Interrupts, AreNotedOnceAndEndItThen) {
-    const int status = status_of([] {
-        std::signal(SIGTERM, SIG_DFL);
-        note_interrupts();
-        if (interrupted())
-            _exit(1);
-        raise(SIGTERM);
-        if (!interrupted())
-            _exit(2);
-        raise(SIGTERM);
-    });
-    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM) << status;
-}
-
-/// A shell starts what runs in the background so.
-TEST(Interrupts, ThatAreIgnoredStaySo) {
-    const int status = status_of([] {
-        std::signal(SIGINT, SIG_IGN);
-        say_at_interrupt("interrupted");
-        raise(SIGINT);
-        note_interrupts();
-        raise(SIGINT);
-        if (interrupted())
-            _exit(1);
-    });
-    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
-}
-
-INSTANTIATE_TEST_SUITE_P(Signals, InterruptedScratch, testing::Values(SIGINT, SIGTERM, SIGHUP));
 
 }  // namespace
 }  // namespace equistream::cli

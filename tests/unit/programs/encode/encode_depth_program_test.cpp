@@ -200,6 +200,18 @@ TEST_F(DepthScale, HalvedDepthReachesNearer) {
     EXPECT_LE(halved["bound_in_budgets"], 4);
 }
 
+/// In pece420 three of four pixels may drag the fourth along three quarters of a wave of 256 steps; 4:4:4 rounds alone.
+TEST_F(DepthScale, TheBoundCountsDepthsThatShareASample) {
+    const auto wall = [](int x, int) { return x < 63 ? 1.0f : 3.0f; };
+    const auto bound = [&](const std::string& code) {
+        return double(depth_of(encode(wall, "--depth-crf 20 --depth " + code))["bound_in_budgets"]);
+    };
+    EXPECT_NEAR(bound("pece420") / bound("pece444"), 192.75, 0.05);
+    const Ran text = run("encode '" + path("r") + "' --depth pece420 --depth-crf 20 --out '" + path("a.mkv") + "'");
+    EXPECT_NE(text.output.find(", at worst: where depths that share a sample differ"), std::string::npos)
+        << text.output;
+}
+
 TEST_F(Programs, AllDepthTracksTogetherKeepToTheShare) {
     render("r/centre", 128, 128, 0, 0);
     std::mt19937 random(9);

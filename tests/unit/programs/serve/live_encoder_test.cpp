@@ -67,18 +67,18 @@ TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     EXPECT_TRUE(begins(0, 4, false));
     EXPECT_FALSE(begins(1, 3.5f, false)) << "within the room that was left";
     EXPECT_TRUE(begins(10, 3.5f, true));
-    EXPECT_FALSE(begins(39, 3, false));
-    EXPECT_TRUE(begins(41, 3, false)) << "after a second";
-    EXPECT_TRUE(begins(42, 2, false)) << "nearer than its range";
-    EXPECT_FALSE(begins(43, 2, false, 18));
-    EXPECT_FALSE(begins(44, 2, false, 100));
+    EXPECT_FALSE(begins(309, 3, false));
+    EXPECT_TRUE(begins(311, 3, false)) << "after ten seconds";
+    EXPECT_TRUE(begins(312, 2, false)) << "nearer than its range";
+    EXPECT_FALSE(begins(313, 2, false, 18));
+    EXPECT_FALSE(begins(314, 2, false, 100));
     all += encoder.finish();
     auto crf = coded_with(folder, all);
-    EXPECT_EQ((crf[{TrackRole::main, 42}]), 20);
-    EXPECT_EQ((crf[{TrackRole::main, 43}]), 38);
-    EXPECT_EQ((crf[{TrackRole::depth, 43}]), 26) << "depth gives way after 12 steps";
-    EXPECT_EQ((crf[{TrackRole::main, 44}]), 51);
-    EXPECT_EQ((crf[{TrackRole::depth, 44}]), 39);
+    EXPECT_EQ((crf[{TrackRole::main, 312}]), 20);
+    EXPECT_EQ((crf[{TrackRole::main, 313}]), 38);
+    EXPECT_EQ((crf[{TrackRole::depth, 313}]), 26) << "depth gives way after 12 steps";
+    EXPECT_EQ((crf[{TrackRole::main, 314}]), 51);
+    EXPECT_EQ((crf[{TrackRole::depth, 314}]), 39);
 }
 
 TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {

@@ -53,10 +53,10 @@ TEST(LiveStreams, BeginWithAGroupForWhoComesLater) {
     LiveStream stream([] {});
     stream.set_header("header");
     stream.publish("first", true);
-    EXPECT_FALSE(stream.take_joined());
+    EXPECT_FALSE(stream.take_group_wanted());
     const auto late = stream.open_feed();
-    EXPECT_TRUE(stream.take_joined());
-    EXPECT_FALSE(stream.take_joined()) << "once";
+    EXPECT_TRUE(stream.take_group_wanted());
+    EXPECT_FALSE(stream.take_group_wanted()) << "once";
     stream.publish("second", false);
     EXPECT_EQ(given(*late, 0), "header");
     EXPECT_EQ(given(*late, 0), "") << "it goes on from pictures that this viewer has not";
@@ -77,7 +77,66 @@ TEST(LiveStreams, WhatWasPassedOverWaitsNoMore) {
     }
     EXPECT_EQ(stream.spheres_missed(), 2);
     EXPECT_EQ(given(*slow, 2), "header");
-    EXPECT_EQ(given(*slow, 2).size(), std::size_t{1} << 16);
+    EXPECT_EQ(given(*slow, 2).size(), std::size_t{1} << 14);
+}
+
+/// What the system has taken arrives before anything newer. So a line that became narrow gets no more, and what waits
+/// can be left out.
+TEST(LiveStreams, ALineThatBecameNarrowIsNotGivenMore) {
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    stream.set_header("header");
+    EXPECT_EQ(given(*feed, 0), "header");
+    stream.publish(std::string(40000, 'a'), true);
+    std::array<char, 1 << 16> block;
+    std::size_t under_way = 0;
+    for (int pieces = 0; pieces < 2; ++pieces) {
+        feed->see_line(0.1, {under_way, 0.04});
+        under_way += feed->next(block, 0.1).bytes;
+    }
+    EXPECT_EQ(under_way, 2 * 16384);
+    feed->see_line(0.5, {under_way, 0.04});
+    const Portion held = feed->next(block, 0.5);
+    EXPECT_EQ(held.bytes, 0);
+    EXPECT_TRUE(held.held);
+    EXPECT_EQ(held.again_s, 0.52);
+    stream.publish(std::string(50000, 'b'), false);
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    EXPECT_GT(stream.delivery()->second.behind_s, 0.5);
+    EXPECT_EQ(stream.delivery()->second.bytes_arrived, 6) << "the header alone";
+    stream.take_group_wanted();
+    stream.publish("after that", false);
+    EXPECT_EQ(stream.spheres_missed(), 2);
+    feed->see_line(1.2, {under_way, 0.04});
+    EXPECT_TRUE(feed->next(block, 1.2).held);
+    EXPECT_FALSE(stream.take_group_wanted()) << "it would be old before the line has room";
+    feed->see_line(2, {0, 0.04});
+    EXPECT_EQ(given(*feed, 2), std::string(40000 - 2 * 16384, 'a')) << "begun, so it must end";
+    EXPECT_EQ(given(*feed, 2), "");
+    EXPECT_TRUE(stream.take_group_wanted());
+    stream.publish("new", true);
+    EXPECT_EQ(given(*feed, 2), "new");
+    feed->see_line(2, {3, 0.04});
+    EXPECT_EQ(feed->next(block, 2).again_s, 2.02) << "until all has arrived";
+    EXPECT_EQ(stream.delivery()->second.bytes_arrived, 6 + 40000);
+}
+
+/// Else each key frame, which takes so long itself, would lead to the next one.
+TEST(LiveStreams, NothingIsLeftOutThatIsSoonerSentThanAKeyFrame) {
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    stream.set_header("header");
+    EXPECT_EQ(given(*feed, 0), "header");
+    stream.publish("a key frame", true);
+    stream.publish("later", false);
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    EXPECT_EQ(given(*feed, 0.6), "a key frame");
+    stream.publish("later", false);
+    EXPECT_EQ(stream.spheres_missed(), 0);
+    stream.publish("more", false);
+    EXPECT_EQ(stream.spheres_missed(), 0);
+    stream.publish("too much", false);
+    EXPECT_EQ(stream.spheres_missed(), 4) << "14 bytes waited, and a key frame has 11";
 }
 
 /// One that only looks around leaves the path to the scene, also when who steered has gone.
@@ -138,17 +197,23 @@ TEST(LiveStreams, GoOnWithTheNextGroupWhereOneIsBehind) {
     publish("first", true);
     publish("second", false);
     EXPECT_EQ(given(*slow, 0), "header");
+    slow->see_line(0, {});
     EXPECT_EQ(stream.delivery()->first, 1);
-    EXPECT_EQ(stream.delivery()->second.bytes_sent, 6);
+    EXPECT_EQ(stream.delivery()->second.bytes_arrived, 6);
     publish("third", true);
     EXPECT_EQ(stream.spheres_missed(), 0) << "it is not late yet";
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
     EXPECT_GT(stream.delivery()->second.behind_s, 0.5);
+    stream.take_group_wanted();
     publish("fourth", false);
-    EXPECT_EQ(stream.spheres_missed(), 0) << "no group begins with it";
+    EXPECT_EQ(stream.spheres_missed(), 4);
+    EXPECT_EQ(given(*slow, 1), nothing) << "no group begins with it";
+    EXPECT_TRUE(stream.take_group_wanted());
+    EXPECT_EQ(given(*slow, 1.5), "");
+    EXPECT_FALSE(stream.take_group_wanted()) << "no more than one a second";
     publish("fifth", true);
     EXPECT_EQ(stream.spheres_missed(), 4);
-    EXPECT_EQ(given(*slow, 1), "fifth");
+    EXPECT_EQ(given(*slow, 1.5), "fifth");
     EXPECT_EQ(all, "headerfirstsecondthirdfourthfifth");
 }
 
@@ -213,20 +278,27 @@ TEST(LiveStreams, AreCodedCoarserFromOnePictureToTheNext) {
     settings.live = true;
     StreamWriter writer(file, settings,
                         StreamTap{[&](std::span<const std::uint8_t> more) { bytes += more.size(); }, false});
-    const auto size_of_next = [&](int index) {
+    int index = 0;
+    const auto size_of_next = [&] {
         const std::size_t before = bytes;
-        writer.begin_group();
         writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), synthetic::info(192, 96, index));
         writer.flush();
+        ++index;
         return bytes - before;
     };
-    size_of_next(0);
-    const std::size_t fine = size_of_next(1);
+    const auto size_of_key_frame = [&] {
+        writer.begin_group();
+        const std::size_t size = size_of_next();
+        for (int i = 0; i < 3; ++i)
+            size_of_next();
+        return size;
+    };
+    const std::size_t fine = size_of_key_frame();
     writer.set_crf(TrackRole::main, 34);
-    const std::size_t coarse = size_of_next(2);
+    const std::size_t coarse = size_of_key_frame();
     writer.set_crf(TrackRole::main, settings.crf);
-    const std::size_t fine_again = size_of_next(3);
-    EXPECT_LT(double(coarse), 0.6 * double(fine));
+    const std::size_t fine_again = size_of_key_frame();
+    EXPECT_LT(double(coarse), 0.6 * double(fine)) << "also right after pictures that were coded finely";
     EXPECT_NEAR(double(fine_again), double(fine), 0.1 * double(fine));
     EXPECT_THROW(writer.set_crf(TrackRole::main, 52), InputError);
     writer.finish();
@@ -234,7 +306,7 @@ TEST(LiveStreams, AreCodedCoarserFromOnePictureToTheNext) {
     std::vector<float> crf;
     while (const auto picture = reader.next())
         crf.push_back(*picture->info->crf);
-    EXPECT_EQ(crf, (std::vector<float>{16, 16, 34, 16, 16}));
+    EXPECT_EQ(crf, (std::vector<float>{16, 16, 16, 16, 34, 34, 34, 34, 16, 16, 16, 16, 16}));
 }
 
 TEST(LiveStreams, ReadersPassOverIt) {

@@ -19,20 +19,23 @@ constexpr double sphere_bits = 1e6;
 /// Spheres of which six steps of CRF halve the bits go down a line, one after another. Each fifth begins a group, with
 /// which a line that is behind goes on.
 struct Watched {
-    explicit Watched(std::optional<double> most_bps) : rate(most_bps) {}
+    explicit Watched(std::optional<double> most_bps, double key_frame_takes = 1)
+        : rate(most_bps), key_frame(key_frame_takes) {}
 
     void go_on(double seconds, double line_bps) {
         for (const double end_s = now_s + seconds; now_s < end_s; now_s += sphere_s) {
             drain(line_bps);
-            if (number++ % 5 == 0 && waiting.size() > 1 && now_s - waiting.front().first > 0.5)
+            const bool begins_group = number++ % 5 == 0;
+            if (begins_group && waiting.size() > 1 && now_s - waiting.front().first > 0.5)
                 waiting.erase(waiting.begin() + 1, waiting.end());
-            const double bits = sphere_bits * std::exp2(-rate.coarser() / 6);
-            rate.coded(now_s, std::size_t(bits / 8), rate.coarser());
+            const double bits = (begins_group ? key_frame : 1) * sphere_bits * std::exp2(-rate.coarser() / 6);
+            rate.coded(now_s, std::size_t(bits / 8), rate.coarser(), begins_group);
             rate.delivered(now_s, 1,
                            {std::int64_t(sent_bits / 8), waiting.empty() ? 0 : now_s - waiting.front().first});
             waiting.emplace_back(now_s, bits);
             behind_s.push_back(now_s - waiting.front().first);
             bps.push_back(bits / sphere_s);
+            coarser.push_back(rate.coarser());
         }
     }
 
@@ -58,9 +61,10 @@ struct Watched {
 
     RateControl rate;
     double now_s = 0, sent_bits = 0;
+    double key_frame;  // takes so many times as much as another sphere
     int number = 0;
     std::deque<std::pair<double, double>> waiting;  // since when, bits
-    std::vector<double> behind_s, bps;
+    std::vector<double> behind_s, bps, coarser;
 };
 
 TEST(RateControl, LeavesALineAloneThatCarriesAll) {
@@ -98,6 +102,24 @@ TEST(RateControl, KeepsToItAfterAPause) {
     watched.rate.pause();
     watched.go_on(2, 20e6);
     EXPECT_LT(*std::ranges::max_element(watched.bps.end() - 10, watched.bps.end()), 1.1e6);
+}
+
+TEST(RateControl, WhatKeyFramesTakeIsSpreadOverTheOthers) {
+    Watched watched(2e6, 4);
+    watched.go_on(30, 100e6);
+    EXPECT_NEAR(watched.mean_bps_of_last(100), 2e6, 0.1e6);
+    for (auto one = watched.coarser.end() - 99; one != watched.coarser.end(); ++one)
+        EXPECT_NEAR(*one, *std::prev(one), 2.5) << "they are seen one by one";
+}
+
+TEST(RateControl, BecomesFinerNoFasterThanFourStepsASecond) {
+    Watched watched(std::nullopt);
+    watched.go_on(20, 0.3e6);
+    const double before = watched.rate.coarser();
+    ASSERT_GT(before, 20);
+    watched.go_on(2, 100e6);
+    EXPECT_GE(watched.rate.coarser(), before - 4 * 2 - 1e-6);
+    EXPECT_LT(watched.rate.coarser(), before - 4);
 }
 
 TEST(RateControl, GivesUpSoMuchAndNoMore) {

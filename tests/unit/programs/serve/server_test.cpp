@@ -36,6 +36,7 @@ public:
     void open(Opened opened) override { arriving_.push_back(std::move(opened)); }
     void read_some(std::span<char>, Moved moved) override { moved_ = std::move(moved); }
     void write_some(std::span<const char>, Moved) override {}
+    Unacknowledged unacknowledged() override { return {}; }
     void end_writing() override {}
     void close() override { moved_ = nullptr; }
 

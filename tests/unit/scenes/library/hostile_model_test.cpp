@@ -4,6 +4,9 @@
 
 #include <scenes/library/scene.h>
 
+#include <sys/resource.h>
+
+#include <new>
 #include <random>
 
 namespace equistream::test {
@@ -32,6 +35,22 @@ TEST_F(HostileModelTest, MissingFileFolderAndNonsense) {
     refusal(std::string(100, '['));
     expect_contains(refusal(std::string(100000, '[')), "nested");
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which reserve more than any limit
+TEST_F(HostileModelTest, OutOfMemoryIsNotTheModelsFault) {
+    constexpr std::uint64_t bytes = std::uint64_t{15} << 28;  // none of them on the disk
+    std::filesystem::resize_file(write("large.bin", ""), bytes);
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["buffers"] = Json::array({{{"byteLength", bytes}, {"uri", "large.bin"}}});
+    const std::filesystem::path file = write("large.gltf", builder.json.dump());
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+    const rlimit less{std::uint64_t{12} << 28, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_AS, &less), 0);
+    EXPECT_THROW(load_model(file), std::bad_alloc);
+    EXPECT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+}
+#endif
 
 TEST_F(HostileModelTest, TruncatedAtEveryByte) {
     const std::string whole = GltfBuilder::triangle().glb();

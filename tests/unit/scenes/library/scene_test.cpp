@@ -296,6 +296,14 @@ TEST_F(SceneTest, AnHourOfAHeadFitsIntoADescription) {
               "walk.xml: expected paths whose keys a description of 1000 bytes ho");
 }
 
+TEST_F(SceneTest, AWrittenDescriptionKeepsItsUnitAndLeadsToItsModel) {
+    SceneDescription scene = load(least);
+    scene.model_unit_m = 0.01;
+    EXPECT_EQ(load(description_text(scene)).model_unit_m, 0.01);
+    const std::string text = description_text(scene, description_size_limit, "../model.glb");
+    EXPECT_EQ(load_scene(write("elsewhere/scene.json", text)).model, folder_ / "elsewhere/../model.glb");
+}
+
 TEST_F(SceneTest, FingerprintFollowsEveryByte) {
     write("walk.csv", "0,1,2,3,1,0,0,0\n");
     const std::string before = load(full).fingerprint;
