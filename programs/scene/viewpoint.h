@@ -20,7 +20,8 @@ struct Viewpoint {
 /// The model is in metres, within `bounds`. The viewer stands at eye height above some surface with nothing between,
 /// where most directions meet surfaces and most of these face the viewer. Of such places one is chosen at the height
 /// that most have, farthest from what stands around. The gaze is level, to where surfaces are farthest. Where there is
-/// no such place, the viewer stands in front of the model (at +Z, glTF's front), at eye height at most, and sees all of it.
+/// no such place, the viewer stands in front of the model (at +Z, glTF's front), at eye height at most, and sees all of
+/// it.
 Viewpoint find_viewpoint(const SceneModel& model, const WorldBox& bounds);
 
 }  // namespace equistream
