@@ -1,6 +1,6 @@
 """What results, charts and pictures keep of what was measured: enough for every table, chart and page, in few bytes.
 
-Numbers have ten digits, so that bytes at equal dB, which are interpolated, come out the same to a byte; a row of a list stands in one line, so that a change of one row is a change of one line.
+Numbers have eight digits: tables show six at most, and bytes at equal dB, which are interpolated, come out the same to a byte or nearly; a row of a list stands in one line, so that a change of one row is a change of one line.
 """
 
 import json
@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 from found import only_bounded
 from steps import write_whole
 
-DIGITS = 10
+DIGITS = 8
 INTERVAL = ("mean_square", "mean_square_low", "mean_square_high", "db", "db_low", "db_high")
 OF_PICTURES = ("width", "height", "frames", "identical", "psnr_mean_of_frames_db")
 """What `compare` says of pictures that every result says once, or that no table shows."""
