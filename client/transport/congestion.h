@@ -9,7 +9,8 @@ namespace equistream {
 bool use_bbr(int socket);
 /// Little waits in the system that it has not begun to send: more would be old by the time it goes.
 void keep_little_unsent(int socket);
-/// Of what was written to a socket. Of one that is not TCP the bytes may be more, and no time is known.
+/// How much of what was written to a socket has not been acknowledged. Of one that is not TCP the bytes may be more,
+/// and no time is known.
 Unacknowledged unacknowledged(int socket);
 /// Whether whoever runs this may use BBR.
 bool allows_bbr();

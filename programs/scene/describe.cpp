@@ -135,7 +135,7 @@ std::string text_of(const Described& d) {
     const glm::dvec3 size = d.bounds.high - d.bounds.low;
     const Viewpoint& v = d.viewpoint;
     std::string text = d.scene.file.string() + ": describes " + d.scene.model.string() +
-                       formatted(", %.4g x %.4g x %.4g m\n", size.x, size.y, size.z);
+                       formatted(", %.1f x %.1f x %.1f m\n", size.x, size.y, size.z);
     text += formatted("unit      %g m (%s)\n", d.unit.metres, d.unit.reason.c_str());
     text += std::string("up        +Y ") + (is_obj(d.scene.model) ? "(a guess: an OBJ does not say)\n" : "(glTF's)\n");
     text += "camera    " + std::string(v.is_inside ? "inside" : "outside, in front of the model") + ", at " +
@@ -174,7 +174,7 @@ cli::CommandLine add_describe_command(cli::CommandLine& app, DescribeArguments& 
         .add_option(
             "--unit", arguments.unit_m,
             "metres that one unit of the model stands for; unless given, 1 for glTF, and for an OBJ the first of "
-            "1, 0.01 and 0.001 with which it is at most 200 m large")
+            "1, 0.01 and 0.001 that makes it at most 200 m across")
         .between(1e-6, 1e6);
     command.add_flag("--overwrite", arguments.overwrite, "replace another scene description");
     cli::add_json_flag(command, arguments.json);
