@@ -1,7 +1,7 @@
 #pragma once
 /// Bytes that were written and that the other end has not acknowledged, and for how long. Where a line becomes narrow,
-/// the system still takes what it took before, and all of that arrives before anything newer. A sender of
-/// pictures does better to keep them, and to leave old ones out.
+/// the system still takes what it took before, and all of that arrives before anything newer. A sender of pictures does
+/// better to keep them, and to leave old ones out.
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -17,7 +17,9 @@ struct Unacknowledged {
 /// Times in seconds of one clock that does not go back.
 class UnderWay {
 public:
-    /// Before something is written, and every 20 ms or so while anything is under way. `written`: all bytes so far.
+    static constexpr double between_looks_s = 0.02;
+
+    /// Before something is written, and so often while anything is under way. `written`: all bytes so far.
     void see(double time_s, std::int64_t written, const Unacknowledged& unacknowledged);
 
     bool is_anything() const { return acknowledged_ < written_; }

@@ -188,7 +188,7 @@ void check_stream_settings(const StreamSettings& settings) {
 }
 
 TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header)
-    : settings_(settings), track_(track), global_header_(global_header), transfer_(settings.transfer),
+    : settings_(settings), track_(track), global_header_(global_header),
       depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
       codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {
     if (const auto crf = track.coded_crf(settings.crf))
@@ -233,9 +233,9 @@ void TrackEncoder::require_size(int width, int height, int channels, int wanted_
 
 void TrackEncoder::require_colour(Transfer transfer) const {
     const auto name = [](Transfer of) { return of == Transfer::pq ? "PQ" : "RGB"; };
-    if (depth_code_ || transfer != transfer_)
+    if (depth_code_ || transfer != settings_.transfer)
         throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
-                                       depth_code_ ? "depth" : name(transfer_), name(transfer)));
+                                       depth_code_ ? "depth" : name(settings_.transfer), name(transfer)));
 }
 
 av::Frame TrackEncoder::convert(ImageView<const std::uint8_t> rgb) const {

@@ -45,7 +45,6 @@ private:
     StreamSettings settings_;
     TrackSettings track_;
     bool global_header_;
-    Transfer transfer_;
     std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
     std::optional<float> crf_, opened_crf_;  ///< of the next picture, and of the encoder when it was opened

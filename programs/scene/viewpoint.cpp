@@ -190,7 +190,7 @@ private:
 };
 
 /// The ball around the bounds spans 60 degrees, or less where that would be nearer than an arm's length.
-Viewpoint before(const WorldBox& bounds) {
+Viewpoint in_front_of(const WorldBox& bounds) {
     constexpr double arm_m = 0.5;
     const glm::dvec3 middle = 0.5 * (bounds.low + bounds.high);
     const double radius_m = 0.5 * glm::length(bounds.high - bounds.low);
@@ -204,7 +204,7 @@ Viewpoint before(const WorldBox& bounds) {
 }  // namespace
 
 Viewpoint find_viewpoint(const SceneModel& model, const WorldBox& bounds) {
-    return Survey(model, bounds).inside().value_or(before(bounds));
+    return Survey(model, bounds).inside().value_or(in_front_of(bounds));
 }
 
 }  // namespace equistream

@@ -20,8 +20,6 @@ constexpr double between_groups_s = 1;
 
 /// Of a stream, at once: what is not given yet may still be left out.
 constexpr std::size_t largest_piece = 1 << 14;
-/// Looks at a line that has not acknowledged everything.
-constexpr double between_looks_s = 0.02;
 
 constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
 
@@ -78,7 +76,7 @@ public:
             return {.problem = "it is too far behind"};
         if (held_for_s_ > 0)
             return {.due_s = waiting_.empty() ? *last_sent_s_ : waiting_.front().due_s,
-                    .again_s = elapsed_s + between_looks_s,
+                    .again_s = elapsed_s + UnderWay::between_looks_s,
                     .held = true};
         if (waiting_.empty() && stands_ == Stands::before_group)
             want_group(elapsed_s);
@@ -177,7 +175,8 @@ private:
             return {.ended = stream_.ended_};
         const double due_s = *last_sent_s_ + longest_silence_s;
         if (elapsed_s < due_s)
-            return {.again_s = under_way_.is_anything() ? std::min(due_s, elapsed_s + between_looks_s) : due_s};
+            return {.again_s =
+                        under_way_.is_anything() ? std::min(due_s, elapsed_s + UnderWay::between_looks_s) : due_s};
         last_sent_s_ = elapsed_s;
         return nothing(block, elapsed_s);
     }

@@ -48,8 +48,6 @@ using TlsStream = beast::ssl_stream<PlainStream>;
 inline constexpr std::size_t largest_header = 8192;
 /// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
 inline constexpr int most_asking = 64, most_asking_from_one = 16;
-/// At a line that has not acknowledged everything.
-inline constexpr std::chrono::milliseconds between_looks{20};
 
 /// The name without its port: "127.0.0.1:80" or "[::1]:80".
 inline std::string_view name_of(std::string_view host) {
@@ -159,7 +157,7 @@ private:
         under_way_.see(now_s, sent_, unacknowledged(beast::get_lowest_layer(browser_).socket().native_handle()));
         if (!under_way_.is_too_much(now_s))
             return send_next();
-        look_.expires_after(between_looks);
+        look_.expires_after(std::chrono::milliseconds(int(1000 * UnderWay::between_looks_s)));
         look_.async_wait([self = this->shared_from_this()](Error cancelled) {
             if (!cancelled)
                 self->send();
