@@ -55,6 +55,7 @@ class Network:
         new_network()
         self.line, self.random = line, random.Random(seed)
         self.carried, self.lost, self.bytes, self.began = 0, 0, 0, 0.0
+        self.sent_bytes = [0, 0]  # by the server and by the client; packets that are lost too
         self.ends = [open_tun(SERVER, CLIENT), None]
         self.connection, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.client = os.fork()
@@ -101,6 +102,7 @@ class Network:
     def due(self, way, size):
         """When the packet is at the other end; None: it is lost."""
         line, now = self.line, time.monotonic()
+        self.sent_bytes[way] += size
         starts = max(now, self.free_at[way])
         if line.silent and line.silent[0] <= now - self.began < line.silent[1]:
             self.lost += 1
