@@ -9,6 +9,9 @@ is how much later than in both of them the latest block came, counted from the f
 the server has the other.
 
 Then a scene is rendered while it is watched, and the viewer, who steers, notes when each sphere comes. *Slower* is the time of as many spheres.
+
+One pressure is none: those who press do the same to a server of their own. What is slower beside that is the machine's doing. So is what a renderer takes
+longer for a sphere in processor time, its own; what the server's process takes is noted too.
 """
 
 import argparse
@@ -22,6 +25,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 TESTS = pathlib.Path(__file__).resolve().parents[1]
@@ -81,6 +85,18 @@ def silent(port):
     keep(port, 500, step)
 
 
+def elsewhere(port):
+    """The same to a server of their own, which closes whatever comes: nobody comes to the one that is measured."""
+    own = socket.create_server(("127.0.0.1", 0), backlog=500)
+
+    def close_all():
+        while True:
+            own.accept()[0].close()
+
+    threading.Thread(target=close_all, daemon=True).start()
+    silent(own.getsockname()[1])
+
+
 def slow(port):
     """As many as there are places, which read 20 kB a second."""
     keep(port, VIEWERS - 1, lambda one: closed(one, 1000))
@@ -134,18 +150,27 @@ def pressed(pressure, port):
     pressure(port)
 
 
-PRESSURES = {"500 connections that say and read nothing": silent, "7 that read slowly": slow, "connections that come and go": come_and_go,
+PRESSURES = {"500 connections to another server": elsewhere, "500 connections that say and read nothing": silent, "7 that read slowly": slow, "connections that come and go": come_and_go,
              "7 that send heads without end": poses, "7 that send giant messages": giants}
 
 
-def arrivals(port, seconds, pressure=None):
-    """(seconds since the first byte, bytes) of each read. Pressure begins once the viewer has its place and steers."""
-    with socket.create_connection(("127.0.0.1", port), timeout=30) as viewer:
+def processor_s(process):
+    """That it has used so far, with those of its children that have ended."""
+    return sum(map(int, pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:15])) / os.sysconf("SC_CLK_TCK")
+
+
+def used(server, is_live):
+    return {"server_s": processor_s(server.process.pid)} | ({"renderer_s": processor_s(server.renderer())} if is_live else {})
+
+
+def arrivals(server, seconds, is_live, pressure=None):
+    """(seconds since the first byte, bytes) of each read, and the processor time that went by. Pressure begins once the viewer has its place and steers."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as viewer:
         viewer.sendall(pose_message((0, 0, 0)))
         viewer.recv(1, socket.MSG_PEEK)
-        found, first = [], time.monotonic()
+        found, first, before = [], time.monotonic(), used(server, is_live)
         done[:] = 0, 0
-        others = multiprocessing.Process(target=pressed, args=(pressure, port), daemon=True) if pressure else None
+        others = multiprocessing.Process(target=pressed, args=(pressure, server.port), daemon=True) if pressure else None
         if others:
             others.start()
         try:
@@ -154,13 +179,14 @@ def arrivals(port, seconds, pressure=None):
                 if not got:
                     raise RuntimeError("the server closed the connection of the viewer that is measured")
                 found.append((time.monotonic() - first, got))
+            after = used(server, is_live)
             if others and not others.is_alive():
                 raise RuntimeError(f"{pressure.__name__}: those who press have ended")
         finally:
             if others:
                 others.kill()
                 others.join()
-    return found
+    return found, {name: after[name] - before[name] for name in after}
 
 
 def block_times(found):
@@ -188,17 +214,24 @@ def beside(before, other, after):
             "latest_ms": round(1000 * max(b - max(a, c) for a, b, c in zip(before, other, after)), 1)}
 
 
-def measured(server, seconds, times):
+def measured(server, seconds, times, is_live):
     """Each pressure between two runs without any, by which a machine or a scene that changes does not pass for one."""
-    before = times(arrivals(server.port, seconds))
+    def run(pressure=None):
+        """When blocks or spheres came, and processor time of each of them."""
+        found, taken = arrivals(server, seconds, is_live, pressure)
+        at = times(found)
+        return at, {name: value / len(at) for name, value in taken.items()}
+
+    before, taken_before = run()
     found = {}
     for name, pressure in PRESSURES.items():
-        pressed_times, counts = times(arrivals(server.port, seconds, pressure)), {"connections": done[0], "sent_mb": round(done[1] / 1e6, 1)}
+        (at, taken), counts = run(pressure), {"connections": done[0], "sent_mb": round(done[1] / 1e6, 1)}
         time.sleep(2)  # all have gone
-        after = times(arrivals(server.port, seconds))
-        found[name] = beside(before, pressed_times, after) | counts
+        after, taken_after = run()
+        alone = {key: (taken_before[key] + taken_after[key]) / 2 for key in taken}
+        found[name] = beside(before, at, after) | counts | {f"{key.removesuffix('_s')}_ms_each": [round(1000 * alone[key], 3), round(1000 * taken[key], 3)] for key in taken}
         print(name, found[name], flush=True)
-        before = after
+        before, taken_before = after, taken_after
     return found
 
 
@@ -228,9 +261,9 @@ def main():
         run("render", "scenes/pavilion.json", "--frames", "0-29", "--size", "1024x512", "--spp", 1, "--aovs", "depth", "--progress", "none", "--out", "frames")
         run("encode", "frames", "--out", "served.mkv", "--crf", 20, "--progress", "none")
         with served(program, pathlib.Path(work) / "served.mkv", work, "--loop", "--viewers", VIEWERS) as server:
-            found = measured(server, options.seconds, block_times)
+            found = measured(server, options.seconds, block_times, False)
         with served(program, pathlib.Path(work) / "scenes/pavilion.json", work, *LIVE, "--viewers", VIEWERS) as server:
-            live = measured(server, options.seconds, sphere_times)
+            live = measured(server, options.seconds, sphere_times, True)
     write_whole(options.report, json.dumps({"command": f"tests/study/pressure.py BIN --seconds {options.seconds:g}", **provenance(options.bin.resolve(), TESTS.parent), "pressures": found, "live": live}, indent=1) + "\n")
 
 
