@@ -19,11 +19,30 @@ std::optional<Scheme> scheme_of(std::string_view text) {
     return found == schemes.end() ? std::nullopt : std::optional(Scheme(found - schemes.begin()));
 }
 
+/// All of the text.
+template <typename Number>
+std::optional<Number> number_of(std::string_view text) {
+    Number number{};
+    const char* const end = text.data() + text.size();
+    const auto [stop, problem] = std::from_chars(text.data(), end, number);
+    return problem == std::errc() && stop == end ? std::optional(number) : std::nullopt;
+}
+
+constexpr std::string_view parity_query = "?parity=";
+
+/// Nothing where it is none, or out of range.
+std::optional<int> parity_of(std::string_view query) {
+    const auto parity =
+        query.starts_with(parity_query) ? number_of<int>(query.substr(parity_query.size())) : std::nullopt;
+    return parity && *parity >= least_parity && *parity <= most_parity ? parity : std::nullopt;
+}
+
 }  // namespace
 
 std::string ServerAddress::text() const {
     const bool is_ipv6 = host.find(':') != std::string::npos;
-    return std::string(schemes[std::size_t(scheme)]) + (is_ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+    return std::string(schemes[std::size_t(scheme)]) + (is_ipv6 ? "[" + host + "]" : host) + ":" +
+           std::to_string(port) + (parity ? std::string(parity_query) + std::to_string(*parity) : "");
 }
 
 std::string ServerAddress::text_with_secret() const {
@@ -41,13 +60,19 @@ std::optional<ServerAddress> parse_server_address(const std::string& source) {
         address.secret = rest.substr(0, at);
         rest.remove_prefix(at + 1);
     }
+    if (const auto query = rest.find('?'); query != std::string_view::npos) {
+        address.parity = parity_of(rest.substr(query));
+        if (!address.parity || *scheme != Scheme::srt)
+            return std::nullopt;
+        rest = rest.substr(0, query);
+    }
     const auto colon = rest.rfind(':');
     if (colon == std::string_view::npos)
         return std::nullopt;
-    const char* const end = rest.data() + rest.size();
-    const auto [stop, problem] = std::from_chars(rest.data() + colon + 1, end, address.port);
-    if (problem != std::errc() || stop != end)
+    const auto port = number_of<std::uint16_t>(rest.substr(colon + 1));
+    if (!port)
         return std::nullopt;
+    address.port = *port;
     std::string_view host = rest.substr(0, colon);
     if (host.starts_with('[') && host.ends_with(']'))
         host = host.substr(1, host.size() - 2);

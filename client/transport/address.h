@@ -1,5 +1,6 @@
 #pragma once
-/// Where a server is and how it is spoken to: tcp://HOST:PORT, tls://SECRET@HOST:PORT or srt://SECRET@HOST:PORT.
+/// Where a server is and how it is spoken to: tcp://HOST:PORT, tls://SECRET@HOST:PORT or
+/// srt://SECRET@HOST:PORT?parity=N.
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@ struct ServerAddress {
         host{};  ///< a name, an IPv4 address, or an IPv6 address without brackets; may be empty where one listens
     std::uint16_t port = 0;
     std::string secret{};  ///< as the address says it; empty: it says none
+    /// Of srt:// alone: a packet of parity follows each N others, in both directions. Both ends must say the same.
+    std::optional<int> parity{};
 
     /// "tls://HOST:PORT": the secret is left out.
     std::string text() const;
@@ -28,6 +31,9 @@ struct ServerAddress {
 
 /// Where clients and servers find a secret that no address and no option says.
 inline constexpr const char* secret_variable = "EQUISTREAM_SECRET";
+
+/// Of `ServerAddress::parity`.
+inline constexpr int least_parity = 2, usual_parity = 10, most_parity = 100;
 
 /// Nothing for what is no such address. tcp:// has no secret.
 std::optional<ServerAddress> parse_server_address(const std::string& source);

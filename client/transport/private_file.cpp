@@ -45,8 +45,8 @@ std::string read_private_file(const std::filesystem::path& file) {
     const auto open_to_others = std::filesystem::status(file, error).permissions() &
                                 (std::filesystem::perms::group_all | std::filesystem::perms::others_all);
     if (open_to_others != std::filesystem::perms::none)
-        throw InputError(
-            expected_found(file.string(), "a secret's file that is its owner's alone (chmod 600)", "others' too"));
+        throw InputError(expected_found(file.string(), "a file that only its owner can access (chmod 600)",
+                                        "one that others can access"));
     std::ifstream stream(file, std::ios::binary);
     if (!stream || !std::filesystem::is_regular_file(file, error))
         throw InputError(expected_found(file.string(), "a file that can be read", "none"));

@@ -89,10 +89,11 @@ std::string make_secret() {
 
 void require_secret(const std::string& secret, const std::string& where) {
     if (secret.size() < min_secret_chars || secret.size() > max_secret_chars)
-        throw InputError(expected_found(where, "a secret of 16 to 128 characters", std::to_string(secret.size())));
-    if (!std::ranges::all_of(secret, is_visible))
         throw InputError(
-            expected_found(where, "a secret of visible characters without @, quotes and backslashes", "another one"));
+            expected_found(where, "a secret of 16 to 128 characters", std::to_string(secret.size()) + " characters"));
+    if (!std::ranges::all_of(secret, is_visible))
+        throw InputError(expected_found(where, "a secret of printable ASCII without spaces, @, quotes and backslashes",
+                                        "other characters"));
 }
 
 std::string read_or_make_secret(const std::filesystem::path& file) {
@@ -101,7 +102,8 @@ std::string read_or_make_secret(const std::filesystem::path& file) {
         return secret;
     const std::string text = read_private_file(file);
     if (text.empty())
-        throw InputError(expected_found(file.string(), "a file whose first line is a secret", "none"));
+        throw InputError(expected_found(file.string(), "a file whose first line is a secret",
+                                        "an empty file; remove it to have one made"));
     secret = text.substr(0, text.find('\n'));
     require_secret(secret, file.string());
     return secret;

@@ -166,6 +166,7 @@ private:
     // From here on in the thread.
 
     void look_up(const ServerAddress& address) {
+        parity_ = address.parity.value_or(usual_parity);
         const auto done = [this, is_srt = address.scheme == Scheme::srt](const asio::error_code& error,
                                                                          const std::vector<tcp::endpoint>& found) {
             found_ = found;
@@ -210,7 +211,7 @@ private:
         const asio::ip::udp::endpoint endpoint(found_[index].address(), found_[index].port());
         std::unique_ptr<Wire> wire;
         try {
-            wire = srt_wire(io_.get_executor(), endpoint, context_, silence_s_, patience_of_each_s());
+            wire = srt_wire(io_.get_executor(), endpoint, context_, silence_s_, patience_of_each_s(), parity_);
         } catch (const WorkError& error) {
             return change([&] { problem_ = {"a socket for SRT", error.what()}; });
         }
@@ -228,10 +229,14 @@ private:
             const bool is_nobody = connect_elsewhere && refused.category() == asio::system_category();
             if (refused && is_nobody && connect_elsewhere())
                 return;
+            if (refused == other_parity)
+                return change([&] {
+                    problem_ = {formatted("a server with the same ?parity=N (here %d)", parity_), "one with another"};
+                });
             if (refused)
                 return fail(is_nobody                                 ? "a server"
                             : !connect_elsewhere && hangs_up(refused) ? "a server that has room for another viewer"
-                                                                      : "a server that knows the secret",
+                                                                      : "a server with this secret",
                             refused);
             change([this] { is_open_ = true; });
             read();
@@ -299,6 +304,7 @@ private:
     std::vector<tcp::endpoint> found_;
     std::unique_ptr<Wire> wire_;
     std::array<char, 1 << 16> chunk_{};
+    int parity_ = usual_parity;
     std::optional<NameLookup> name_lookup_;
     std::thread thread_;  // last: it begins when all else is there
 };
@@ -310,7 +316,8 @@ ServerConnection::ServerConnection(const std::string& address, PoseSender* poses
     if (!server || server->host.empty() || server->port == 0)
         throw InputError(expected_found(
             without_secrets(address),
-            "tcp://HOST:PORT with a port of 1 to 65535, tls://SECRET@HOST:PORT or srt://SECRET@HOST:PORT",
+            "tcp://HOST:PORT with a port of 1 to 65535, tls://SECRET@HOST:PORT, or srt://SECRET@HOST:PORT, with "
+            "?parity=2 to 100 if wanted",
             "another address"));
     line_ = std::make_unique<Line>(*server, patience_);
     switch (line_->wait_until_open(patience_.connect_s, interrupted_)) {
@@ -365,7 +372,7 @@ std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
     const std::size_t count = line_->take(bytes);
     has_ended_ = count == 0;
     if (has_ended_ && !has_sent_)
-        throw WorkError("the server hung up before it sent anything; it may have no room for another viewer");
+        throw WorkError("the server closed the connection before sending anything; it may be full (serve --viewers)");
     has_sent_ = true;
     if (const std::string cut = has_ended_ ? line_->cut() : ""; !cut.empty())
         throw WorkError("the connection to the server broke: " + cut);

@@ -51,18 +51,19 @@ private:
 }  // namespace
 
 std::unique_ptr<Wire> srt_wire(const asio::any_io_executor& executor, const udp::endpoint& server,
-                               std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s) {
+                               std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s,
+                               int parity) {
     const auto started = SrtReactor::get();  // the library, before a socket is made
     return std::make_unique<SrtWire>(
-        std::make_shared<SrtLine>(executor, make_srt_socket(patience_s, connect_s), unread_by_client_bytes),
+        std::make_shared<SrtLine>(executor, make_srt_socket(patience_s, connect_s, parity), unread_by_client_bytes),
         std::move(context), server);
 }
 
 class SrtListener::State : public std::enable_shared_from_this<State> {
 public:
     State(const asio::any_io_executor& executor, const udp::endpoint& address,
-          std::shared_ptr<asio::ssl::context> context, double patience_s)
-        : executor_(executor), context_(std::move(context)), socket_(make_srt_socket(patience_s, patience_s)) {
+          std::shared_ptr<asio::ssl::context> context, double patience_s, int parity)
+        : executor_(executor), context_(std::move(context)), socket_(make_srt_socket(patience_s, patience_s, parity)) {
         const int ipv6_alone = 0;
         if ((!address.address().is_v6() ||
              srt_setsockflag(socket_, SRTO_IPV6ONLY, &ipv6_alone, sizeof ipv6_alone) >= 0) &&
@@ -154,8 +155,8 @@ private:
 };
 
 SrtListener::SrtListener(const asio::any_io_executor& executor, const udp::endpoint& address,
-                         std::shared_ptr<asio::ssl::context> context, double patience_s)
-    : state_(std::make_shared<State>(executor, address, std::move(context), patience_s)) {}
+                         std::shared_ptr<asio::ssl::context> context, double patience_s, int parity)
+    : state_(std::make_shared<State>(executor, address, std::move(context), patience_s, parity)) {}
 SrtListener::~SrtListener() {
     state_->close();
 }

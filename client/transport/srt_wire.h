@@ -4,6 +4,7 @@
 /// SRT's own encryption is not used: it does not prove that the other end knows the secret.
 #include "wire.h"
 
+#include <asio/error.hpp>
 #include <asio/ip/udp.hpp>
 
 #include <functional>
@@ -11,11 +12,16 @@
 
 namespace equistream {
 
-/// Not connected yet: open() does that first. It fails with an error of asio::system_category() where no server
-/// answers within `connect_s`, with another where the secret is another. An end that says nothing for twice
-/// `patience_s`, and for 5 s at least, is taken to have gone. Throws WorkError where the system has no room.
+/// What open() fails with where the other end uses another `parity`.
+inline constexpr auto other_parity = asio::error::no_protocol_option;
+
+/// Both ends must use the same `parity` (address.h). Not connected yet: open() does that first. It fails with an error
+/// of asio::system_category() where no server answers within `connect_s`, with another where the secret is another. An
+/// end that says nothing for twice `patience_s`, and for 5 s at least, is taken to have gone. Throws WorkError where
+/// the system has no room.
 std::unique_ptr<Wire> srt_wire(const asio::any_io_executor& executor, const asio::ip::udp::endpoint& server,
-                               std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s);
+                               std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s,
+                               int parity);
 
 class SrtListener {
 public:
@@ -24,7 +30,7 @@ public:
     /// Bound, not yet listening. `context`: of the secret that whoever comes must know. Throws WorkError with the
     /// reason.
     SrtListener(const asio::any_io_executor& executor, const asio::ip::udp::endpoint& address,
-                std::shared_ptr<asio::ssl::context> context, double patience_s);
+                std::shared_ptr<asio::ssl::context> context, double patience_s, int parity);
     ~SrtListener();
     SrtListener(const SrtListener&) = delete;
     SrtListener& operator=(const SrtListener&) = delete;

@@ -18,7 +18,7 @@ using asio::ip::tcp;
 namespace {
 
 void require_free(const std::string& where, const asio::error_code& error) {
-    cli::require(!error, where, "an address that is free and this machine's", error.message());
+    cli::require(!error, where, "a free address of this machine", error.message());
 }
 
 ServerAddress address_of(Scheme scheme, const auto& endpoint) {
@@ -79,7 +79,7 @@ auto or_taken(const std::string& where, auto call) {
     try {
         return call();
     } catch (const WorkError& error) {
-        throw InputError(expected_found(where, "an address that is free and this machine's", error.what()));
+        throw InputError(expected_found(where, "a free address of this machine", error.what()));
     }
 }
 
@@ -92,9 +92,12 @@ public:
                                  const tcp::endpoint endpoint = resolve(address, option);
                                  return std::make_unique<SrtListener>(
                                      io.get_executor(), asio::ip::udp::endpoint(endpoint.address(), endpoint.port()),
-                                     secret_context(secret, TlsRole::server), patience_s);
+                                     secret_context(secret, TlsRole::server), patience_s,
+                                     address.parity.value_or(usual_parity));
                              })),
-          address_(address_of(Scheme::srt, listener_->address())) {}
+          address_(address_of(Scheme::srt, listener_->address())) {
+        address_.parity = address.parity;
+    }
 
     void listen(const std::string& option) override {
         or_taken(option + " " + address_.text(), [this] {
@@ -126,7 +129,7 @@ tcp::endpoint resolve(const ServerAddress& address, const std::string& option) {
     tcp::resolver resolver(io);
     asio::error_code error;
     const auto found = resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
-    cli::require(!error && !found.empty(), option + " " + address.text(), "a host that is known here", error.message());
+    cli::require(!error && !found.empty(), option + " " + address.text(), "a host name that resolves", error.message());
     return found.begin()->endpoint();
 }
 

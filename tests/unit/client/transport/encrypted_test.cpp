@@ -44,10 +44,15 @@ TEST(ServerAddresses, AreReadAsTheyAreWritten) {
     EXPECT_EQ(address.text(), "tls://[2001:db8::5]:9000");
     EXPECT_EQ(address.text_with_secret(), "tls://" + secret + "@[2001:db8::5]:9000");
     EXPECT_EQ(parse_server_address("srt://host:1").value().scheme, Scheme::srt);
+    EXPECT_EQ(parse_server_address("srt://host:1").value().parity, std::nullopt);
+    EXPECT_EQ(parse_server_address("srt://a?b@host:1?parity=2").value().parity, 2);
+    EXPECT_EQ(parse_server_address("srt://host:1?parity=100").value().text(), "srt://host:1?parity=100");
     EXPECT_EQ(parse_server_address("tcp://:0").value().text(), "tcp://:0");
     EXPECT_EQ(parse_server_address("tls://host:1").value().text_with_secret(), "tls://host:1");
-    for (const char* bad : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0",
-                            "tcp://[::1:9000", "tcp://secret@host:1", "tls://secret@:", "tls://a/b:1", ""})
+    for (const char* bad :
+         {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0", "tcp://[::1:9000",
+          "tcp://secret@host:1", "tls://secret@:", "tls://a/b:1", "srt://host:1?parity=1", "srt://host:1?parity=101",
+          "srt://host:1?parity=", "srt://host:1?", "tls://host:1?parity=2", ""})
         EXPECT_FALSE(parse_server_address(bad)) << bad;
 }
 
@@ -94,10 +99,10 @@ public:
 
     /// Speaks by `context`, or plainly.
     Answering(std::shared_ptr<asio::ssl::context> context, std::string answer, End end = End::says_so,
-              Scheme scheme = Scheme::tls)
+              Scheme scheme = Scheme::tls, int parity = usual_parity)
         : context_(std::move(context)), answer_(std::move(answer)), end_(end) {
         if (scheme == Scheme::srt)
-            listen_by_srt();
+            listen_by_srt(parity);
         else
             listen_by_tcp();
         thread_ = std::thread([this] { io_.run(); });
@@ -131,10 +136,10 @@ private:
                 open(context_ ? tls_wire(std::move(socket), context_, true) : tcp_wire(std::move(socket)));
         });
     }
-    void listen_by_srt() {
+    void listen_by_srt(int parity) {
         scheme_ = "srt://";
         const auto listener = std::make_shared<SrtListener>(
-            io_.get_executor(), asio::ip::udp::endpoint(asio::ip::address_v4::loopback(), 0), context_, 10);
+            io_.get_executor(), asio::ip::udp::endpoint(asio::ip::address_v4::loopback(), 0), context_, 10, parity);
         port_ = listener->address().port();
         close_ = [listener] { listener->close(); };
         listener->listen();
@@ -312,9 +317,25 @@ TEST(TlsConnections, TheEnvironmentMaySayTheSecret) {
 TEST_P(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
     Answering server(secret_context(secret, TlsRole::server), "all", Answering::End::says_so, GetParam());
     auto agreed = server.agreed_with();
-    EXPECT_NE(refusal(server, "another-secret-of-enough").find("expected a server that knows the secret"),
+    EXPECT_NE(refusal(server, "another-secret-of-enough").find("expected a server with this secret"),
               std::string::npos);
     EXPECT_FALSE(agreed.get());
+}
+
+TEST(SrtConnections, BothEndsSendTheSameParity) {
+    const std::string answer = long_answer(1'000'000);
+    for (const int parity : {least_parity, most_parity}) {
+        Answering server(secret_context(secret, TlsRole::server), answer, Answering::End::says_so, Scheme::srt, parity);
+        PoseSender poses;
+        ServerConnection connection(server.address(secret) + "?parity=" + std::to_string(parity), &poses, {});
+        EXPECT_TRUE(poses.send(pose_at(1)));
+        const std::string got = all_of(connection);
+        EXPECT_TRUE(got == answer) << got.size();
+    }
+    const Answering other(secret_context(secret, TlsRole::server), answer, Answering::End::says_so, Scheme::srt, 2);
+    EXPECT_NE(
+        refusal(other, secret).find("expected a server with the same ?parity=N (here 10), found one with another"),
+        std::string::npos);
 }
 
 /// Who is full closes before anything is agreed on.
@@ -381,7 +402,7 @@ TEST(TcpSockets, AreImpatientAndSendAtOnce) {
 TEST(SrtSockets, WaitTwiceAsLongAsWhoeverUsesThem) {
     const auto started = SrtReactor::get();  // the library
     const auto idle_ms = [](double patience_s) {
-        const SRTSOCKET socket = make_srt_socket(patience_s, 1);
+        const SRTSOCKET socket = make_srt_socket(patience_s, 1, usual_parity);
         int value = -1, size = int(sizeof value);
         EXPECT_EQ(srt_getsockflag(socket, SRTO_PEERIDLETIMEO, &value, &size), 0);
         srt_close(socket);

@@ -201,12 +201,12 @@ TEST(RenderChildren, AnAnswerWithoutEndIsNotWaitedFor) {
 
 TEST(RenderChildren, OneThatFallsSilentAndDoesNotEndIsKilled) {
     const auto start = Clock::now();
-    EXPECT_EQ(failure_of("exec sleep 1000 >/dev/null"), "/bin/sh: was ended by signal 9");
+    EXPECT_EQ(failure_of("exec sleep 1000 >/dev/null"), "/bin/sh: ended by signal 9");
     EXPECT_LT(seconds_since(start), 50);
 }
 
 TEST(RenderChildren, OneThatEndsByItselfSaysNoMore) {
-    EXPECT_EQ(failure_of("exit 0"), "/bin/sh: has ended by itself");
+    EXPECT_EQ(failure_of("exit 0"), "/bin/sh: ended unexpectedly");
 }
 
 }  // namespace

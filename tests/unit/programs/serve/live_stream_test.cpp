@@ -179,7 +179,7 @@ TEST(LiveStreams, KeepNoMoreThanSoMuchForOneThatDoesNotRead) {
         while (reads->next(block, i).bytes > 0) {
         }
     }
-    EXPECT_EQ(waits->next(block, 65).problem, "it is too far behind");
+    EXPECT_EQ(waits->next(block, 65).problem, "the viewer is too far behind");
     EXPECT_EQ(reads->next(block, 65).problem, "");
 }
 

@@ -20,7 +20,8 @@ TEST_F(Serving, OneAddressHasNoMoreThanItsShare) {
     EXPECT_EQ(second.read(10).size(), 10u);
     Viewer third(port);
     EXPECT_TRUE(third.read().empty());
-    EXPECT_EQ(server.lines_with("refused: 2 from there are here already (--per-address)"), 1) << server.log();
+    EXPECT_EQ(server.lines_with("refused: 2 viewers from there are connected already (--per-address)"), 1)
+        << server.log();
     first.leave();
     EXPECT_TRUE(comes_true([&] { return server.lines_with(" left") == 1; })) << server.log();
     Viewer fourth(port);
@@ -68,22 +69,22 @@ TEST_F(Serving, AFloodOfConnectionsSpoilsNeitherAViewersStreamNorTheLog) {
     const double most_lines = 20 + 2 * seconds_since(start) + 2;
     EXPECT_EQ(server.end_by(SIGTERM), 0) << server.log();
     EXPECT_LE(server.lines_with("viewer"), int(most_lines)) << server.log();
-    EXPECT_GE(server.lines_with("refused: 3 are here already (--viewers)"), 1) << server.log();
-    EXPECT_GE(server.lines_with(" lines of viewers were left out"), 1) << server.log();
+    EXPECT_GE(server.lines_with("refused: 3 viewers are connected already (--viewers)"), 1) << server.log();
+    EXPECT_GE(server.lines_with(" log lines about viewers were skipped"), 1) << server.log();
 }
 
 TEST_F(Serving, SaysWhoCanComeToIt) {
     record("a.mkv");
-    for (const auto& [listen, said] : {std::pair("tcp://0.0.0.0:0", "there is no secret and no encryption"),
-                                       std::pair("tls://0.0.0.0:0", "whoever knows the secret and reaches tls://"),
-                                       std::pair("srt://0.0.0.0:0", "whoever knows the secret and reaches srt://")}) {
+    for (const auto& [listen, said] : {std::pair("tcp://0.0.0.0:0", "no secret, no encryption"),
+                                       std::pair("tls://0.0.0.0:0", "anyone with the secret who can reach tls://"),
+                                       std::pair("srt://0.0.0.0:0", "anyone with the secret who can reach srt://")}) {
         Server server({path("a.mkv"), "--listen", listen, "--open"}, place());
         ASSERT_TRUE(comes_true([&] { return server.lines_with(said) == 1; })) << listen;
     }
     for (const auto& [listen, lines] : {std::pair("tcp://0.0.0.0:0", 1), std::pair("tcp://:0", 0)}) {
         Server server({path("a.mkv"), "--listen", listen, "--open", "--progress", "none"}, place());
         ASSERT_TRUE(comes_true([&] { return server.output().find('\n') != std::string::npos; })) << listen;
-        EXPECT_EQ(server.lines_with("there is no secret and no encryption"), lines);
+        EXPECT_EQ(server.lines_with("no secret, no encryption"), lines);
         EXPECT_EQ(server.lines_with(""), lines);
     }
     Server server(arguments("a.mkv"), place());
@@ -112,7 +113,7 @@ TEST_P(Encrypted, WhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
     const std::string bare = scheme + url.substr(at + 1);
     expect_failure(run("info " + bare), 2, "expected the server's secret");
     expect_failure(run("info " + scheme + "not-the-right-secret@" + url.substr(at + 1)), 2,
-                   bare + ": expected a server that knows the secret");
+                   bare + ": expected a server with this secret");
     if (GetParam() == "tls") {
         Viewer plain(server.port());
         EXPECT_EQ(send(plain.handle(), "GET / HTTP/1.1\r\n\r\n", 18, MSG_NOSIGNAL), 18);
@@ -120,7 +121,7 @@ TEST_P(Encrypted, WhoeverKnowsTheSecretGetsTheStreamAndNobodyElse) {
     }
     const int refused = GetParam() == "tls" ? 2 : 1;
     EXPECT_TRUE(
-        comes_true([&] { return server.lines_with("refused: it has not shown that it knows the secret") == refused; }));
+        comes_true([&] { return server.lines_with("refused: it did not prove that it has the secret") == refused; }));
     EXPECT_EQ(server.end_by(SIGTERM), 0);
     EXPECT_EQ(server.log().find(secret), std::string::npos);
 }
@@ -155,7 +156,7 @@ TEST_F(Serving, NoMoreThanSoManyAreWaitedForToShowThatTheyKnowTheSecret) {
     std::vector<std::unique_ptr<Viewer>> silent;
     for (int i = 0; i < 65; ++i)
         silent.push_back(std::make_unique<Viewer>(server.port()));
-    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: 64 are arriving already") == 1; }));
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: 64 viewers are connecting already") == 1; }));
     silent.clear();
     EXPECT_TRUE(comes_true([&] { return run("info --json " + url).status == 0; })) << server.log();
 }
@@ -168,9 +169,8 @@ TEST_F(Serving, WhoeverDoesNotShowThatItKnowsTheSecretHasTenSeconds) {
     EXPECT_EQ(silent.read(), "");
     EXPECT_GT(seconds_since(start), 9);
     EXPECT_LT(seconds_since(start), give_up_s);
-    EXPECT_TRUE(comes_true([&] {
-        return server.lines_with("refused: it has not shown that it knows the secret") == 1;
-    })) << server.log();
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused: it did not prove that it has the secret") == 1; }))
+        << server.log();
 }
 
 TEST_F(Serving, ASecretIsKeptInAFile) {

@@ -164,9 +164,9 @@ TEST_F(Serving, BadUsageIsOneLine) {
     for (const char* url : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0"})
         expect_failure(serve("a.mkv", "--listen " + std::string(url)), 2, "expected tcp://HOST:PORT");
     expect_failure(serve("a.mkv", "--listen tcp://0.0.0.0:0"), 2,
-                   "expected beyond this machine tls:// or srt://, or --open");
+                   "expected tls:// or srt:// beyond this machine, or --open");
     Server srt({path("a.mkv"), "--listen", "srt://0.0.0.0:0"}, place());
-    EXPECT_TRUE(comes_true([&] { return srt.lines_with("whoever knows the secret and reaches srt://") == 1; }));
+    EXPECT_TRUE(comes_true([&] { return srt.lines_with("anyone with the secret who can reach srt://") == 1; }));
     expect_failure(serve("a.mkv", "--listen tls://short@:0"), 2, "expected a secret of 16 to 128 characters");
     expect_failure(serve("a.mkv", "--listen tcp://:0 --secret-file x"), 2,
                    "--secret-file: expected --listen tls:// or srt://");
@@ -181,7 +181,7 @@ TEST_F(Serving, BadUsageIsOneLine) {
     expect_failure(serve("scene.json", "--listen tcp://:0 -- --spp 4"), 2,
                    "-- --spp: expected an option of render that serve does not set itself");
     expect_failure(run("info tls://a-secret-of-enough-letters@:1"), 2, "tls://:1: expected tcp://HOST:PORT");
-    expect_failure(serve("a.mkv", "--listen tcp://no.such.host.invalid:0"), 2, "expected a host that is known");
+    expect_failure(serve("a.mkv", "--listen tcp://no.such.host.invalid:0"), 2, "expected a host name that resolves");
     expect_failure(serve("a.mkv", "--listen tcp://:0 --patience nan"), 2, "--patience: expected a number, found 'nan'");
     expect_failure(serve("a.mkv", "--web https://a-secret-of-enough-letters@:0"), 2, "found 'https://***@:0'");
     expect_failure(serve("a.mkv", "--listen tcp://:0 --viewers 0"), 2, "--viewers: expected at least 1");
@@ -195,9 +195,9 @@ TEST_F(Serving, BadUsageIsOneLine) {
     expect_failure(serve("empty", "--listen tcp://:0 --spp 4"), 2, "to render, found a folder");
     synthetic::write(folder / "t.mkv", synthetic::MadeTiles{.pictures = 2});
     expect_failure(serve("t.mkv", "--listen tcp://:0 --loop"), 2,
-                   "--loop: " + path("t.mkv") + ": expected a stream without tiles, found one of tiles");
+                   "--loop: " + path("t.mkv") + ": expected a stream without tiles, found one with tiles");
     Server first(arguments("a.mkv"), place());
-    expect_failure(serve("a.mkv", "--listen " + first.url()), 2, "expected an address that is free");
+    expect_failure(serve("a.mkv", "--listen " + first.url()), 2, "expected a free address of this machine");
 }
 
 }  // namespace
@@ -332,7 +332,7 @@ TEST_F(Serving, WhoeverStaysAfterTheEndIsSentAway) {
     Server server(arguments("a.mkv", {"--patience", "0.2"}), place());
     Viewer staying(server.port());
     EXPECT_TRUE(staying.read() == stream);
-    EXPECT_TRUE(comes_true([&] { return server.lines_with("did not hang up for 0.2 s after the end") == 1; }))
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("did not disconnect for 0.2 s after the end") == 1; }))
         << server.log();
 }
 
@@ -344,7 +344,7 @@ TEST_F(Serving, MoreViewersThanTheLimitAreRefused) {
     EXPECT_EQ(second.read(1).size(), 1u);
     EXPECT_EQ(Viewer(server.port()).read().size(), 0u);
     EXPECT_EQ(server.lines_with("refused"), 1) << server.log();
-    expect_failure(run("info " + server.url()), 1, "the server hung up before it sent anything");
+    expect_failure(run("info " + server.url()), 1, "the server closed the connection before sending anything");
     first.leave();
     EXPECT_TRUE(comes_true([&] { return server.lines_with(" left") == 1; })) << server.log();
     EXPECT_TRUE(Viewer(server.port()).read(stream.size()) == stream);
