@@ -41,7 +41,7 @@ FieldOfView checked_fov(const std::string& field, const es_field_of_view& fov) {
     for (const double angle : {fov.left, fov.right, fov.up, fov.down})
         require(range_mismatch(angle, -max_rad, max_rad), field);
     require(fov.right - fov.left >= min_span_rad && fov.up - fov.down >= min_span_rad, field,
-            "left below right, and down below up", "the other way round, or nothing between them");
+            "left < right and down < up, at least 0.001 rad apart", "less, or the other order");
     return {fov.left, fov.right, fov.up, fov.down};
 }
 

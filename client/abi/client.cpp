@@ -50,7 +50,7 @@ void tell(const SessionState& shown, es_client_state* state) {
 GlEyes& gl_eyes_of(es_client& client) {
     GlEyes* const eyes = client.session.gl_eyes();
     if (eyes == nullptr)
-        throw InputError(expected_found("client", "one of ES_BACKEND_OPENGL", "one of ES_BACKEND_CPU"));
+        throw InputError(expected_found("client", "a client opened with ES_BACKEND_OPENGL", "one with ES_BACKEND_CPU"));
     return *eyes;
 }
 

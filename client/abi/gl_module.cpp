@@ -161,7 +161,8 @@ private:
 
 std::unique_ptr<GlEyes> make_eyes(const GlEyesSettings& settings) {
     if (const std::string missing = gl::missing_requirement(); !missing.empty())
-        throw InputError(expected_found("ES_BACKEND_OPENGL", "a current OpenGL context with " + missing, "another"));
+        throw InputError(
+            expected_found("ES_BACKEND_OPENGL", "a current OpenGL context with " + missing, "one without it, or none"));
     if (settings.scene != nullptr && find_engine(settings.engine).finds_depth)
         throw InputError(expected_found("engine", "eye-depth or rotation, with a scene and ES_BACKEND_OPENGL",
                                         "'" + settings.engine + "'"));

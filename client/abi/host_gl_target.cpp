@@ -36,17 +36,18 @@ bool takes_colours(GLuint framebuffer) {
 void require_framebuffer(GLuint framebuffer, const std::string& name) {
     const auto require = [&](bool right, const std::string& found) {
         if (!right)
-            throw InputError(expected_found(name, "a complete framebuffer that draws to colours", found));
+            throw InputError(
+                expected_found(name, "a complete framebuffer with a colour attachment, not of integers", found));
     };
-    require(framebuffer == 0 || glIsFramebuffer(framebuffer) == GL_TRUE, "none of that name");
+    require(framebuffer == 0 || glIsFramebuffer(framebuffer) == GL_TRUE, "no framebuffer of this name");
     const GLenum status = glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER);
-    require(status == GL_FRAMEBUFFER_COMPLETE, formatted("one of status 0x%x", unsigned(status)));
+    require(status == GL_FRAMEBUFFER_COMPLETE, formatted("a framebuffer of status 0x%x", unsigned(status)));
     GLint bound = 0;
     glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &bound);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
     const bool takes = takes_colours(framebuffer);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, GLuint(bound));
-    require(takes, "one that draws to none, or to integers");
+    require(takes, "no colour attachment, or one of integers");
 }
 
 struct PlaneFormat {
@@ -72,8 +73,8 @@ void require_plane(GLuint texture, const PlaneFormat& expected, Size size) {
             expected.name,
             std::string("a GL_TEXTURE_2D with immutable storage of ") + expected.format_name + ", " +
                 size_text(size.width, size.height) + " at least",
-            format == 0 ? std::string("none of that name")
-                        : formatted("one of target 0x%x, format 0x%x, ", unsigned(target), unsigned(format)) +
+            format == 0 ? std::string("no texture of this name")
+                        : formatted("a texture of target 0x%x, format 0x%x, ", unsigned(target), unsigned(format)) +
                               size_text(width, height)));
 }
 

@@ -20,7 +20,7 @@ fs::path module_folder() {
     static const char anchor = 0;
     Dl_info here{};
     if (dladdr(&anchor, &here) == 0 || here.dli_fname == nullptr)
-        throw WorkError("libequistream_client: its own place is not known to the system");
+        throw WorkError("libequistream_client: the system does not say where this library is installed");
     std::error_code unknown;
     const fs::path library = fs::canonical(here.dli_fname, unknown);
     return (unknown ? fs::path(here.dli_fname) : library).parent_path() / "equistream";
@@ -40,7 +40,7 @@ Module load(const char* name, const char* what) {
     const auto* exported = static_cast<const ExportedModule<Module>*>(dlsym(library, symbol.c_str()));
     if (exported == nullptr || std::string(exported->code) != code_identity())
         throw InputError(expected_found(file.string(),
-                                        std::string("a module of the library's own code, ") + code_identity(),
+                                        std::string("a module from the same build as this library, ") + code_identity(),
                                         exported == nullptr ? "none" : exported->code));
     return exported->functions;
 }

@@ -131,7 +131,7 @@ EyePairs pair_eye(const PairingOptions& options, const std::string& eye) {
     const auto files = std::count_if(sides.begin(), sides.end(), [](const Side& side) { return side.is_file(); });
     if (files != 0 && files != static_cast<std::ptrdiff_t>(sides.size()))
         throw InputError(expected_found(sides[0].place.string() + " and " + sides[1].place.string(),
-                                        "files only or folders only", "a mixture"));
+                                        "only files or only folders", "both"));
     std::vector<fs::path> paths;
     if (files != 0 && options.first_frame)
         throw InputError(expected_found("--frames", "folders of frames to choose from",

@@ -316,8 +316,9 @@ public:
         require_size(truth, frame.width, frame.height, score_.width, score_.height);
         const std::optional<bool> by = frame.flicker_by_motion;
         if (by && by_motion_.value_or(*by) != *by)
-            throw InputError(expected_found(truth, "motion in all frames or in none",
-                                            *by ? "frames before it without" : "frames before it with motion"));
+            throw InputError(
+                expected_found(truth, "motion AOVs in all frames or in none",
+                               *by ? "some, and none in the frames before" : "none, but some in the frames before"));
         by_motion_ = by ? by : by_motion_;
         score_.frames.push_back(frame.score);
         score_.pooled.error += frame.score.error;

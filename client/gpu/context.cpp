@@ -169,7 +169,7 @@ std::unique_ptr<Context> make_offscreen_context() {
         "OpenGL",
         "a driver that EGL can use without a window, with version 4.5, GL_ARB_shader_viewport_layer_array and "
         "GL_ARB_indirect_parameters",
-        found.empty() ? "none (Mesa's, on the CPU, is in the package libgl1-mesa-dri)" : found));
+        found.empty() ? "none (install the GPU's driver, or libgl1-mesa-dri, which draws on the CPU)" : found));
 }
 
 }  // namespace equistream::gl

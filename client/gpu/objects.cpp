@@ -25,7 +25,7 @@ void require_within(GLenum limit, std::int64_t wanted, const std::string& what) 
     GLint64 most = 0;
     glGetInteger64v(limit, &most);
     if (wanted > most)
-        throw WorkError(expected_found("OpenGL", what + " up to " + std::to_string(most) + ", as the driver has them",
+        throw WorkError(expected_found("OpenGL", what + " up to " + std::to_string(most) + " (this driver's limit)",
                                        std::to_string(wanted)));
 }
 

@@ -31,7 +31,8 @@ void require_options(const ClientModelOptions& options, const SceneDescription& 
     if (scene.camera_path.empty())
         throw InputError(expected_found(scene.file.string(), "a camera path", "none"));
     if (!(head_box_radius_centre(scene.head_radius_m, options.ipd_m) > 0))
-        throw InputError(expected_found(scene.file.string(), "a head box: a lean or an IPD above 0", "neither"));
+        throw InputError(
+            expected_found(scene.file.string(), "a head box: head_box.lean_m or --ipd above 0", "neither"));
 }
 
 /// What a mover hides now it will not hide later.
@@ -69,7 +70,7 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
     figures.cell_m = boxes.cell_m();
     figures.added_m = boxes.added_m();
 
-    tell("seeing what can be seen");
+    tell("finding visible surfaces");
     auto start = Clock::now();
     const Bvh bvh(model);
     ModelDraft draft(model, scene, boxes, options.error_rad);
@@ -83,8 +84,7 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
         out.model = draft.build();
         figures.simplify_s += seconds_since(start);
         if (out.model.triangle_count() == 0)
-            throw InputError(
-                expected_found(scene.file.string(), "something to be seen from the camera path", "nothing"));
+            throw InputError(expected_found(scene.file.string(), "surfaces visible from the camera path", "none"));
         tell(formatted("checking %lld rays, round %d", static_cast<long long>(options.check_rays), figures.rounds));
         start = Clock::now();
         const Bvh ours(out.model);

@@ -127,9 +127,9 @@ InputError missing_eyes_depth(const DepthWish& wish, const DepthOffer& offer, co
     const bool can_ask = !wish.depth_option.empty();
     if (can_ask && choice.depth == "exact" && offer.folder)
         return InputError(expected_found(wish.depth_option + " exact",
-                                         wish.scene_option + ", or a rendered depth plane of this very " +
+                                         wish.scene_option + ", or a rendered depth plane of exactly the " +
                                              (offer.eye_without_plane == Eye::left ? "left" : "right") +
-                                             " eye's view beside " + wish.source,
+                                             " eye's view next to " + wish.source,
                                          "neither"));
     return InputError(expected_found(
         method, wish.scene_option + ", for the eyes' own depth, which no stream has (mesh and splat need none)",
@@ -163,7 +163,7 @@ DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer) {
     const std::string method = wish.method_option + " " + choice.method;
     if (!offer.posed && choice.method != "rotation")
         throw InputError(expected_found(wish.source, "pictures tagged with their pose, for " + method,
-                                        "ordinary video (" + wish.method_option + " rotation turns it)"));
+                                        "ordinary video (" + wish.method_option + " rotation shows it)"));
     if (needs.any() && choice.depth == "none")
         throw InputError(expected_found(
             method, wish.scene_option + ", or a source with depth of its own, to have depth", described(wish, offer)));
@@ -183,7 +183,7 @@ std::optional<std::string> require_same_scene(const FrameInfo& first, const std:
     };
     require_same("scene", first.scene, scene.name);
     if (first.geometry_fingerprint.empty())
-        return source + " does not name its geometry: that of " + file + " is taken for it";
+        return source + " carries no geometry fingerprint: assuming that it was rendered from " + file;
     require_same("geometry", first.geometry_fingerprint, scene.depth_of_geometry());
     return std::nullopt;
 }

@@ -326,9 +326,8 @@ ReceivedPicture FrameMaker::with_depth(DecodedPicture&& colour, std::optional<De
 
 void FrameMaker::bring_to_display(ReceivedPicture& picture) {
     if (picture.pq.empty() && options_.hdr_display)
-        throw InputError(expected_found(
-            source_, "an HDR stream (PQ by BT.2020, of even sides), for a display, a view or an exposure to be chosen",
-            "another"));
+        throw InputError(expected_found(source_, "an HDR stream (PQ, BT.2020, even sides), as HDR options are given",
+                                        "another kind; leave these out"));
     if (picture.pq.empty() || options_.pq)
         return;
     const auto start = Clock::now();

@@ -197,8 +197,8 @@ std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOption
     std::error_code ignored;
     if (std::filesystem::is_directory(source, ignored)) {
         if (options.hdr_display)
-            throw InputError(expected_found(source, "an HDR stream, for a display, a view or an exposure to be chosen",
-                                            "a folder of frames"));
+            throw InputError(expected_found(source, "an HDR stream, as HDR options are given",
+                                            "a folder of frames; leave these out"));
         return open_folder_feed(source, options);
     }
     if (std::isfinite(options.first_frame_limit_s))

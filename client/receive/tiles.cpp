@@ -52,7 +52,7 @@ Mosaic lay_out(const std::string& where, const std::vector<ReceivedPicture>& til
     const EquirectCamera& camera = camera_of(tiles.front());
     const std::optional<TilePart> first = tile_part(camera);
     if (!first)
-        throw refuse("one of " + size_text(camera.width, camera.height) + " that is none");
+        throw refuse("one of " + size_text(camera.width, camera.height) + " that fits no grid");
     const WindowGrid& one = first->windows;
     const TileGrid& counts = first->grid;
     std::vector<WindowPlace> places;

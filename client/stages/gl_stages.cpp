@@ -75,8 +75,8 @@ std::string with_passes_of_gpu(const std::string& list, std::vector<std::string>
         const auto found = std::ranges::find(instead, word, [](const auto& pair) { return pair.first; });
         const std::string_view taken = found == instead.end() ? word : found->second;
         if (found != instead.end())
-            notes.push_back("--fill " + std::string(word) + " is of play alone: " +
-                            (taken.empty() ? "it is passed over" : std::string(taken) + " is taken"));
+            notes.push_back("--fill " + std::string(word) +
+                            " is in play only: " + (taken.empty() ? "it is ignored" : std::string(taken) + " is used"));
         if (!taken.empty())
             passes_of_gpu += (passes_of_gpu.empty() ? "" : ",") + std::string(taken);
     }

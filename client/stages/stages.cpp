@@ -102,7 +102,8 @@ std::vector<const FillStage*> parse_fills(std::string_view list, std::string_vie
 
 void require_on_gpu(const Stage& stage, std::string_view option) {
     if (!stage.on_gpu)
-        throw InputError(expected_found(std::string(option), "what OpenGL has", "'" + std::string(stage.name) + "'"));
+        throw InputError(
+            expected_found(std::string(option), "a stage of the OpenGL backend", "'" + std::string(stage.name) + "'"));
 }
 
 bool is_drawn(std::string_view depth) {

@@ -85,50 +85,50 @@ std::vector<TracedArrival> read_trace(const std::string& file) {
         };
         const auto sent_s = seconds(0), arrival_s = seconds(1);
         if (fields.size() != 2 || !sent_s || !arrival_s || (!trace.empty() && *sent_s <= trace.back().sent_s))
-            throw InputError(
-                expected_found(file + ", line " + std::to_string(number),
-                               "a frame's time, later than the one before, and when it arrived, in seconds",
-                               "'" + line.substr(0, 80) + "'"));
+            throw InputError(expected_found(file + ", line " + std::to_string(number),
+                                            "time_s,arrival_s in seconds, with time_s above that of the line before",
+                                            "'" + line.substr(0, 80) + "'"));
         trace.push_back({*sent_s, *arrival_s});
     }
     if (trace.empty())
-        throw InputError(expected_found(file, "one arrival at least", "none"));
+        throw InputError(expected_found(file, "at least one arrival", "none"));
     return trace;
 }
 
 const std::array<Key, 8> keys = {{
-    {"delay", "MS", "milliseconds from 0 to 60000", "every packet takes so long", false,
+    {"delay", "MS", "milliseconds from 0 to 60000", "delay of every packet", false,
      set_ms<&NetworkConditions::delay_s>},
-    {"jitter", "MS", "milliseconds from 0 to 60000", "and up to so much longer, at random", false,
+    {"jitter", "MS", "milliseconds from 0 to 60000", "random extra delay of each packet, at most", false,
      set_ms<&NetworkConditions::jitter_s>},
-    {"loss", "SHARE", "a share from 0 to 0.9", "of packets, of 1200 bytes each, so many are lost", false,
+    {"loss", "SHARE", "a share from 0 to 0.9", "share of 1200-byte packets that is lost", false,
      [](std::string_view text, NetworkConditions& conditions) {
          const auto share = parsed_within(text, 0, 0.9);
          conditions.loss = share.value_or(0);
          return share.has_value();
      }},
-    {"bandwidth", "MBIT/S", "megabits per second, above 0 and at most 1e6", "the link carries no more", false,
+    {"bandwidth", "MBIT/S", "megabits per second, above 0 and at most 1e6", "capacity of the link", false,
      [](std::string_view text, NetworkConditions& conditions) {
          const auto mbps = parsed_within(text, 1e-6, 1e6);
          conditions.bandwidth_bps = mbps.value_or(0) * 1e6;
          return mbps.has_value();
      }},
     {"stall", "AT:FOR", "seconds:seconds, each from 0 to 86400",
-     "from that second of the stream on nothing leaves for so many; may be given again", true, set_stall},
+     "the server sends nothing from second AT of the stream on, for FOR seconds; may be given again", true, set_stall},
     {"transport", "KIND", "stream or datagrams",
-     "stream (default): in order, what is lost comes a round trip later; datagrams: any order, what is lost is lost",
+     "stream (default): in order, a lost packet comes a round trip later; datagrams: any order, a lost packet stays "
+     "lost",
      false,
      [](std::string_view text, NetworkConditions& conditions) {
          conditions.datagrams = text == "datagrams";
          return conditions.datagrams || text == "stream";
      }},
-    {"seed", "N", "a whole number, not negative", "of what is random", false,
+    {"seed", "N", "a whole number, not negative", "random seed", false,
      [](std::string_view text, NetworkConditions& conditions) {
          const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), conditions.seed);
          return error == std::errc() && end == text.data() + text.size();
      }},
-    {"trace", "FILE", "a file", "instead: CSV with time_s,arrival_s of each frame, as a real network delivered them",
-     false,
+    {"trace", "FILE", "a file",
+     "instead of the others: CSV with time_s,arrival_s of each frame, as a real network delivered them", false,
      [](std::string_view text, NetworkConditions& conditions) {
          conditions.trace = read_trace(std::string(text));
          return true;
@@ -229,14 +229,14 @@ NetworkConditions parse_network(const std::string& spec, const std::string& wher
         bool& again = given[std::size_t(key - keys.begin())];
         const std::string name = where + " " + std::string(key->name);
         if (again && !key->repeats)
-            throw InputError(expected_found(name, "one value", "another"));
+            throw InputError(expected_found(name, "one value", "a second one"));
         again = true;
         const std::string_view value = trimmed(word.substr(equals + 1));
         if (!key->set(value, conditions))
             throw InputError(expected_found(name, std::string(key->expected), "'" + std::string(value) + "'"));
     }
     if (!conditions.trace.empty() && std::ranges::count(given, true) > 1)
-        throw InputError(expected_found(where + " trace", "nothing beside it", "'" + spec + "'"));
+        throw InputError(expected_found(where + " trace", "trace as the only key", "'" + spec + "'"));
     return conditions;
 }
 

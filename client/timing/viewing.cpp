@@ -47,7 +47,7 @@ Json refresh_json(const ViewedRefresh& refresh) {
     json["previous"] = refresh.previous ? Json(refresh.previous->number) : Json();
     json["rate"] = refresh.rate;
     json["age_ms"] = 1e3 * refresh.age_s();
-    json["carried_on_ms"] = 1e3 * refresh.extrapolated_s;
+    json["extrapolated_ms"] = 1e3 * refresh.extrapolated_s;
     json["ahead_ms"] = 1e3 * refresh.ahead_s;
     json["error_deg"] = refresh.error_deg();
     json["error_m"] = refresh.error_m();
@@ -72,7 +72,7 @@ void ViewingSimulation::require_next_time(const ServedFrame& frame) const {
                                         formatted("%.17g s", frame.frame_time_s)));
     const double step_s = frame.frame_time_s - last_sent_s_;
     if (sent_ > 0 && !(step_s >= 0 && step_s <= longest_step_s))
-        throw InputError(expected_found(place, "a time at most a day after that of the frame before, not before it",
+        throw InputError(expected_found(place, "a time from that of the frame before to a day later",
                                         formatted("%.17g s after %.17g s", frame.frame_time_s, last_sent_s_)));
 }
 
@@ -215,9 +215,9 @@ ViewingReport report_viewing(std::span<const ViewedRefresh> refreshes, double re
 }
 
 std::string ViewingReport::table() const {
-    std::string text = formatted("%lld refreshes at %s Hz: %lld blank, %lld with the frame of the one before\n",
-                                 static_cast<long long>(refreshes), in_words(refresh_hz).c_str(),
-                                 static_cast<long long>(blank), static_cast<long long>(repeated));
+    std::string text =
+        formatted("%lld refreshes at %s Hz: %lld blank, %lld that repeat a frame\n", static_cast<long long>(refreshes),
+                  in_words(refresh_hz).c_str(), static_cast<long long>(blank), static_cast<long long>(repeated));
     text += formatted("%lld frames sent, %lld lost, %lld late, %lld thinned, %lld shown; %lld cuts\n",
                       static_cast<long long>(frames_sent), static_cast<long long>(frames_lost),
                       static_cast<long long>(deliveries[Delivery::late]), static_cast<long long>(deliveries.thinned),
@@ -228,9 +228,9 @@ std::string ViewingReport::table() const {
                           scale * spread.p95, scale * spread.max);
     };
     row("age, ms", age_ms, 1);
-    row("carried on, ms", extrapolated_ms, 1);
-    row("head off by, degrees", error_deg, 1);
-    row("head off by, mm", error_m, 1e3);
+    row("extrapolated, ms", extrapolated_ms, 1);
+    row("head error, degrees", error_deg, 1);
+    row("head error, mm", error_m, 1e3);
     row("without reprojection, degrees", unreprojected_error_deg, 1);
     row("without reprojection, mm", unreprojected_error_m, 1e3);
     for (std::size_t i = 0; i < state_s.size(); ++i)
@@ -252,7 +252,7 @@ Json viewing_json(const ViewingReport& report, std::span<const ViewedRefresh> re
         json["deliveries"][delivery_names[i]] = report.deliveries.by[i];
     json["deliveries"]["thinned"] = report.deliveries.thinned;
     json["age_ms"] = quantiles_json(report.age_ms);
-    json["carried_on_ms"] = quantiles_json(report.extrapolated_ms);
+    json["extrapolated_ms"] = quantiles_json(report.extrapolated_ms);
     json["error_deg"] = quantiles_json(report.error_deg);
     json["error_m"] = quantiles_json(report.error_m);
     json["unreprojected_error_deg"] = quantiles_json(report.unreprojected_error_deg);

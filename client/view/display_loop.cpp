@@ -225,7 +225,8 @@ void DisplayLoop::ask_for_more() {
         return;
     if (!source_->loader.can_jump() && !source_->loader.is_live()) {
         may_reopen_ = false;
-        return presenter_->tell("what this needs was left out of a pipe, which is read once");
+        return presenter_->tell(
+            "this needs tracks that were not decoded, and a pipe is read once: reopen it with this setting");
     }
     ViewerSettings settings = source_->settings;
     settings.shown = shown_;

@@ -59,15 +59,15 @@ std::vector<Fact> source_facts(const std::string& name, const WatchedSource& sou
 }
 
 std::vector<Fact> method_facts(const MethodState& state, const ReceivedFrame& frame) {
-    const std::string depth = !frame.posed        ? "none: ordinary video"
+    const std::string depth = !frame.posed        ? "none (ordinary video)"
                               : !state.has_depth  ? "none in the stream"
-                              : state.by_geometry ? "of the scene's geometry"
+                              : state.by_geometry ? "from the scene's geometry"
                                                   : "of the stream";
     return {{PanelSection::method, "in use", state.engine},
             {PanelSection::method, "depth", depth},
             {PanelSection::method, "moving things",
-             state.is_extrapolated            ? "moved on to now"
-             : frame.main.info.moving.empty() ? "not said"
+             state.is_extrapolated            ? "extrapolated to now"
+             : frame.main.info.moving.empty() ? "no data"
                                               : "as in the frame"},
             {PanelSection::method, "head box", formatted("%.0f cm", 100 * head_box_radius(frame.main.info))}};
 }
@@ -131,7 +131,7 @@ std::vector<Fact> mouse_facts(const gl::PixelValues& values, const PerspectiveCa
         facts.push_back({section, "depth",
                          inverse > 0           ? formatted("%.3f m", 1 / (inverse * -ray.z))
                          : std::isnan(inverse) ? "not known"
-                                               : "nothing is hit"});
+                                               : "no surface"});
     }
     if (values.reliability)
         facts.push_back({section, "confidence", formatted("%.0f %%", 100 * double(*values.reliability))});

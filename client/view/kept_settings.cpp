@@ -182,7 +182,7 @@ ReadSettings read_kept_settings(const fs::path& file) {
     const json all = json_in(file);
     if (!all.is_object()) {
         read.note = expected_found(file.string(), "settings of the viewer in JSON", "something else") +
-                    "; it starts with defaults, and the file stays as it is";
+                    "; the defaults are used, and the file is left as it is";
         read.may_be_written = false;
         return read;
     }
@@ -191,7 +191,7 @@ ReadSettings read_kept_settings(const fs::path& file) {
     read.kept.window = reader.read_window();
     reader.read_recent(read.kept.recent);
     if (!reader.left_out().empty())
-        read.note = file.string() + ": left out, for they are not known or not possible: " + reader.left_out();
+        read.note = file.string() + ": ignored, as unknown or not possible: " + reader.left_out();
     return read;
 }
 

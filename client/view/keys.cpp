@@ -11,7 +11,7 @@
 namespace equistream {
 
 constexpr int shift = GLFW_MOD_SHIFT, control = GLFW_MOD_CONTROL;
-constexpr std::string_view look = "Look and move", time = "Time", shown = "What is shown", keep = "Keep",
+constexpr std::string_view look = "Look and move", time = "Time", shown = "What is shown", keep = "Save and record",
                            program = "Program";
 
 constexpr auto bindings = std::to_array<KeyBinding>({
@@ -26,14 +26,14 @@ constexpr auto bindings = std::to_array<KeyBinding>({
     {GLFW_KEY_E, 0, "e", Action::move_up, look, "move it up (or a gamepad's triggers)"},
     {GLFW_KEY_Q, 0, "q", Action::move_down, look, "move it down"},
     {GLFW_KEY_C, 0, "c", Action::centre, look,
-     "back to the middle of the head box, looking ahead, without the zoom of the mouse's wheel"},
+     "centre the head in its box, look ahead, reset the zoom of the mouse wheel"},
     {GLFW_KEY_SPACE, 0, "space", Action::play_pause, time, "play, pause"},
-    {GLFW_KEY_COMMA, 0, ",", Action::frame_back, time, "a frame back"},
-    {GLFW_KEY_PERIOD, 0, ".", Action::frame_on, time, "a frame on"},
-    {GLFW_KEY_LEFT, shift, "shift left", Action::second_back, time, "a second back"},
-    {GLFW_KEY_RIGHT, shift, "shift right", Action::second_on, time, "a second on"},
+    {GLFW_KEY_COMMA, 0, ",", Action::frame_back, time, "previous frame"},
+    {GLFW_KEY_PERIOD, 0, ".", Action::frame_on, time, "next frame"},
+    {GLFW_KEY_LEFT, shift, "shift left", Action::second_back, time, "one second back"},
+    {GLFW_KEY_RIGHT, shift, "shift right", Action::second_on, time, "one second forward"},
     {GLFW_KEY_HOME, 0, "home", Action::to_start, time, "to the start"},
-    {GLFW_KEY_L, 0, "l", Action::loop, time, "at the end: start again, or stay"},
+    {GLFW_KEY_L, 0, "l", Action::loop, time, "loop: at the end, start again or stop"},
     {GLFW_KEY_V, 0, "v", Action::next_layout, shown,
      "left eye, right eye, side by side, anaglyph, headset, the sphere itself"},
     {GLFW_KEY_V, shift, "shift v", Action::next_anaglyph, shown, "the next kind of anaglyph"},
@@ -45,13 +45,13 @@ constexpr auto bindings = std::to_array<KeyBinding>({
     {GLFW_KEY_X, 0, "x", Action::split, shown, "split: the other method, or --truth, on the right"},
     {GLFW_KEY_LEFT_BRACKET, 0, "[", Action::split_left, shown, "move the split left (or click with the right button)"},
     {GLFW_KEY_RIGHT_BRACKET, 0, "]", Action::split_right, shown, "move the split right"},
-    {GLFW_KEY_P, 0, "p", Action::picture, keep, "write the window's picture"},
-    {GLFW_KEY_R, 0, "r", Action::record_view, keep, "record the window as numbered pictures, and stop"},
-    {GLFW_KEY_R, shift, "shift r", Action::record_head, keep, "record the head's path as CSV, and stop"},
+    {GLFW_KEY_P, 0, "p", Action::picture, keep, "save a picture of the window"},
+    {GLFW_KEY_R, 0, "r", Action::record_view, keep, "record the window as numbered pictures: start, stop"},
+    {GLFW_KEY_R, shift, "shift r", Action::record_head, keep, "record the head's path as CSV: start, stop"},
     {GLFW_KEY_T, 0, "t", Action::times, program, "frame times by stage"},
     {GLFW_KEY_H, 0, "h", Action::help, program, "these keys"},
     {GLFW_KEY_TAB, 0, "tab", Action::panel, program,
-     "panel of settings and values (menu bar and timeline come when the mouse moves)"},
+     "panel of settings and values (the menu bar and the timeline appear when the mouse moves)"},
     {GLFW_KEY_O, control, "ctrl o", Action::open, program, "open another stream or folder (or drop it on the window)"},
     {GLFW_KEY_F11, 0, "F11", Action::fullscreen, program, "full screen"},
     {GLFW_KEY_ESCAPE, 0, "escape", Action::quit, program, "quit"},

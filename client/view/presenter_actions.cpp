@@ -33,9 +33,9 @@ void Presenter::seek(double time_s) {
 
 void Presenter::jump(const Jump& to) {
     if (playback_.is_live())
-        return tell("there are no jumps in time in what comes live");
+        return tell("a live stream cannot seek");
     if (!playback_.can_jump())
-        return tell("there are no jumps in time in a pipe: it is read once");
+        return tell("a pipe cannot seek: it is read once");
     if (seeking_s_) {
         next_jump_ = to;
         return;
@@ -92,7 +92,7 @@ void Presenter::change_to(const ShownSettings& wanted) {
 
 void Presenter::expose(double more_stops) {
     if (!pq_display_) {
-        tell("exposure: no HDR stream");
+        tell("exposure: for HDR streams only");
         return;
     }
     ShownSettings wanted = shown_;
@@ -183,12 +183,12 @@ std::string Presenter::status() const {
         line = formatted("truth on the right: %.1f dB  |  ", *truth_db_);
     line += in_words(is_worn_ ? seen_head_ : motion_.head()) + "  |  " + std::string(layout);
     if (headset_ != nullptr && !is_worn_)
-        line += " (nobody wears the headset)";
-    line += ", " + engine_in_use() + (shown_.fill ? "" : ", gaps open");
+        line += " (the headset is not worn)";
+    line += ", " + engine_in_use() + (shown_.fill ? "" : ", gaps not filled");
     if (shown_.overlay != gl::Overlay::none)
         line += ", overlay " + std::string(gl::overlay_names[std::size_t(shown_.overlay)]);
     if (followed_.is_followed())
-        line += ", the server follows";
+        line += ", the server follows this head";
     return line;
 }
 
@@ -206,11 +206,11 @@ std::string Presenter::warning() const {
         (loader_.has_transfer("smpte2084") || loader_.has_transfer("arib-std-b67")))
         return "HDR other than PQ by BT.2020 with even sides is shown as if it were not: dull";
     if (!frame().posed)
-        return is_ods(frame().main.info.camera) ? "omnidirectional stereo, a sphere for each eye: rotation only"
-               : frame().right                  ? "ordinary stereo video, a sphere for each eye: rotation only"
+        return is_ods(frame().main.info.camera) ? "omnidirectional stereo: rotation only, no parallax"
+               : frame().right                  ? "ordinary stereo video: rotation only, no parallax"
                                                 : "ordinary video: rotation only";
     if (shown_.by_depth && !renderer_->has_depth())
-        return "no --scene or --model, and no depth in the stream: rotation only";
+        return "no depth (--scene, --model or a depth track): rotation only, no parallax";
     return {};
 }
 

@@ -246,20 +246,20 @@ bool Presenter::find_truth() {
 /// Empty: the truth is of what is drawn.
 std::string Presenter::why_no_truth() const {
     if (shown_.layout != gl::DisplayLayout::right && shown_.layout != gl::DisplayLayout::left)
-        return "the truth is shown beside one eye (v)";
+        return "the truth needs one eye in the window (v)";
     if (!truth_problem_.empty())
         return truth_problem_;
     // A folder may hold fewer frames than are watched, and one eye of the two: said on the screen, as all of these are.
     if (!true_eye_)
-        return truth_is_coming_ ? "the truth is being read" : "there is no truth of this eye at this time";
+        return truth_is_coming_ ? "the truth is being read" : "--truth has no frame of this eye at this time";
     const PerspectiveCamera& camera = true_eye_->camera;
     if (!(inputs_.window == gl::Size{camera.width, camera.height}))
-        return formatted("the truth is %dx%d: the window must be", camera.width, camera.height);
+        return formatted("the truth is %dx%d: make the window as large (--size)", camera.width, camera.height);
     if (std::abs(fov_deg_ - camera.fov_x_rad * 180 / pi) > 1e-6)
-        return formatted("the truth is %s degrees wide: the view must be",
+        return formatted("the truth is %s degrees wide: set --fov, or press c",
                          in_words(camera.fov_x_rad * 180 / pi).c_str());
     if (std::abs(ipd_m() - true_eye_->ipd_m) > 1e-6)
-        return formatted("the truth's eyes are %s m apart: the view's must be", in_words(true_eye_->ipd_m).c_str());
+        return formatted("the truth's eyes are %s m apart: set --ipd", in_words(true_eye_->ipd_m).c_str());
     if (!same_pose(seen_head_, {}))
         return "the head is not where the truth is (c: back)";
     return "";

@@ -20,7 +20,8 @@ fs::path unused_name(const fs::path& folder, const char* name, const char* exten
     for (int i = 1; i < most; ++i)
         if (const fs::path file = folder / formatted("%s.%04d%s", name, i, extension); !fs::exists(file))
             return file;
-    throw WorkError(expected_found(folder.string(), formatted("fewer than %d of %s%s", most, name, extension), "more"));
+    throw WorkError(expected_found(folder.string(), formatted("fewer than %d files %s.NNNN%s", most, name, extension),
+                                   "more; move some away"));
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ ShownSetting method_row() {
                     const EngineStage& engine = find_engine(word);
                     if (!engine.on_gpu)
                         throw InputError(expected_found("--method " + std::string(engine.name),
-                                                        "an engine that the viewer has", "one of play alone"));
+                                                        "a method of the viewer", "one of play only"));
                     shown.by_depth = engine.finds_depth || engine.needs.any();
                     if (shown.by_depth)
                         shown.by_geometry = !engine.finds_depth;
@@ -110,8 +110,8 @@ ShownSetting mirrors_row() {
                    .section = PanelSection::reflections,
                    .menu = SettingMenu::picture,
                    .words = {names.begin(), names.end()},
-                   .help = "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps "
-                           "or surface (as if painted on it)"});
+                   .help = "How methods with depth show mirrors and glass. images: at the depth of their virtual "
+                           "image; gaps: left as gaps, for --fill; surface: as if painted on the surface"});
 }
 
 ShownSetting fill_row() {
@@ -129,7 +129,7 @@ ShownSetting fill_row() {
             .key = Action::fill,
             .words = off_or_on,
             .parts = passes,
-            .help = "Passes that fill gaps, in order, between commas. on: " + std::string(default_fill) +
+            .help = "Passes that fill gaps, in order, separated by commas. on: " + std::string(default_fill) +
                     ". off: gaps stay black" + described(fill_stages(), true),
             .value = [=](const ShownSettings& shown) { return shown.fill ? chain_of(shown) : std::string("off"); },
             .set =

@@ -26,7 +26,7 @@ Truth::Truth(const std::filesystem::path& folder) : folder_(folder) {
     }
     if (read_.empty())
         throw InputError(expected_found(
-            folder_.string(), "a folder left or right of eyes (render --camera perspective --eye both)", "neither"));
+            folder_.string(), "views in left/ or right/ (render --camera perspective --eye both)", "neither"));
     thread_ = std::thread([this] { run(); });
 }
 
@@ -51,7 +51,7 @@ std::shared_ptr<const TrueEye> Truth::read(const Place& place) {
     const auto* camera = std::get_if<PerspectiveCamera>(&info.camera);
     if (camera == nullptr)
         throw InputError(expected_found((folder_ / eye_folders[eye]).string(),
-                                        "eyes that render --camera perspective wrote", "spheres"));
+                                        "perspective views (render --camera perspective)", "spheres"));
     return std::make_shared<const TrueEye>(
         TrueEye{info.time_s, info.ipd_m, info.head, *camera, std::move(frame->main.rgb)});
 }

@@ -119,7 +119,7 @@ void Viewer::write_kept() {
             kept_.window = place;
         write_kept_settings(settings_.kept_in, kept_, std::exchange(written_, kept_));
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "settings are not kept: %s\n", error.what());
+        std::fprintf(stderr, "equistream view: settings were not saved: %s\n", error.what());
         may_write_ = false;
     }
 }

@@ -27,7 +27,7 @@ const actionsOf = page => ({
     "h": () => of("help").hidden = !of("help").hidden,
     "o": () => of("file").click(),
     "g": () => page.head.followDevice().then(
-        may => may || page.refuse(new StreamError("the browser does not say how this device is turned"))),
+        may => may || page.refuse(new StreamError("no motion sensors: this device has none, or the browser was not allowed to read them"))),
     "f": () => (document.fullscreenElement ? document.exitFullscreen()
                                            : document.documentElement.requestFullscreen?.())?.catch(() => {}),
 });
@@ -88,7 +88,7 @@ export function listenFor(page) {
     listenForTimeLine(page);
     listenForFiles(page);
     page.canvas.addEventListener("webglcontextlost", () => page.fail(new StreamError(
-        "the browser has taken the graphics card away: load the page again")));
+        "the browser has lost the GPU: reload the page")));
     Headset.isThere().then(isThere => of("headset").hidden = !isThere);
     of("headset").addEventListener("click", () => page.player
         ? page.headset.start().catch(error => page.refuse(error))

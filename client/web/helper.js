@@ -16,7 +16,7 @@ export class Helper {
                 resolve(data.answer);
         };
         this.worker.onerror = event => {
-            this.problem = new StreamError(`beside the page: ${event.message || "the browser has ended it"}`);
+            this.problem = new StreamError(`the page's worker: ${event.message || "the browser has ended it"}`);
             for (const {reject} of this.waiting.values())
                 reject(this.problem);
             this.waiting.clear();

@@ -52,8 +52,8 @@ export class LiveStream {
             if (this.isClosed)
                 return;
             if (refusals === mostRefusals)
-                throw expectedFound(this.url, "a server that knows this page",
-                                    "one that refuses it (open the address that it says now)");
+                throw expectedFound(this.url, "a server that accepts this page",
+                                    "a refusal (open the address that serve prints now)");
             ++this.attempts;
             this.heard.onLost(`${why}: trying again (${this.attempts})`);
             const pause = Math.min(longestPause, firstPause * 2 ** (this.attempts - 1));
@@ -73,7 +73,7 @@ export class LiveStream {
             };
             const wait = milliseconds => {
                 clearTimeout(this.timer);
-                this.timer = setTimeout(over, milliseconds, `the server has said nothing for ${milliseconds / 1000} s`);
+                this.timer = setTimeout(over, milliseconds, `the server sent nothing for ${milliseconds / 1000} s`);
             };
             wait(longestSilence.first);
             socket.onopen = () => isOpened = true;
@@ -91,8 +91,8 @@ export class LiveStream {
                 }
             };
             socket.onclose = ({code, reason}) => {
-                const lost = isOpened ? "the connection was lost" : "there was no connection";
-                over(code === closedWithoutAWord ? lost : `the server hung up${reason ? ` (${reason})` : ""}`, code);
+                const lost = isOpened ? "the connection was lost" : "no connection to the server";
+                over(code === closedWithoutAWord ? lost : `the server closed the connection${reason ? ` (${reason})` : ""}`, code);
             };
         });
     }

@@ -330,7 +330,7 @@ function keyOfAddress() {
 function start() {
     try {
         if (!globalThis.VideoDecoder)
-            throw new StreamError("this page needs WebCodecs, which browsers have on https:// and on localhost alone");
+            throw new StreamError("this page needs WebCodecs, which browsers have only on https:// and localhost: use serve --web https://");
         const page = new Page();
         globalThis.equistream = page;
         if (words.has("src"))

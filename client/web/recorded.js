@@ -42,7 +42,7 @@ export class Recording {
 
     add(packet) {
         this.bytes += packet.bytes.length;
-        requireRoom("what came", this.bytes, "more");
+        requireRoom("the stream so far", this.bytes, "more");
         if (!this.packets.has(packet.role))
             this.packets.set(packet.role, []);
         this.packets.get(packet.role).push(packet);

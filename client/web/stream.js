@@ -97,7 +97,7 @@ export class StreamReader {
             return;
         }
         if (!picture.info) {
-            this.problems.add(picture.problem?.message ?? "pictures without frame data are left out");
+            this.problems.add(picture.problem?.message ?? "pictures without frame data (pose and camera) are ignored");
             this.takeWithoutInfo(track, picture.key, bytes);
             return;
         }
@@ -106,7 +106,7 @@ export class StreamReader {
             return;
         const first = this.byRole.get(role) ?? track;
         if (first.id !== track.id && role.startsWith("window")) {
-            this.problems.add("tiles are not shown by this page: the sphere around them is");
+            this.problems.add("this page shows no tiles, only the coarser sphere around them (equistream view shows both)");
             this.leftOut.add("window").add("window-depth");
         } else if (first.id !== track.id) {
             this.problems.add(`a second track of ${role} is left out`);

@@ -45,7 +45,7 @@ std::optional<glm::dvec3> gaze_in(const json& order) {
     const glm::dvec3 gaze(g[0], g[1], g[2]);
     const double length = glm::length(gaze);
     if (!(length > 1e-6 && length < 1e6))
-        throw WorkError(expected_found("standard input", "a gaze that is a direction", order.at("gaze").dump()));
+        throw WorkError(expected_found("standard input", "a gaze vector 1e-6 to 1e6 long", order.at("gaze").dump()));
     return gaze / length;
 }
 
@@ -204,7 +204,7 @@ private:
 void follow(const FollowJob& job, RenderHost& host) {
     const RenderOptions& options = job.options;
     if (options.eyes.size() > 1 || options.layers || options.patches || options.small_eye || options.frames)
-        throw InputError(expected_found("--follow", "frames of one eye, as they are asked for",
+        throw InputError(expected_found("--follow", "one eye, whose frames standard input asks for",
                                         options.eyes.size() > 1 ? "--eye both"
                                         : options.layers        ? "--layers"
                                         : options.patches       ? "--patches"

@@ -89,7 +89,7 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
                                 : o.patches                ? "--patches"
                                                            : "";
     if (!besides.empty())
-        throw InputError(expected_found("--window", "one whole sphere, without what fills its gaps",
+        throw InputError(expected_found("--window", "a whole sphere of one eye, without --layers and --patches",
                                         besides + "; leave one of the two out"));
     const int columns = typed.density_option.is_given() ? typed.density : 4 * o.size.width;
     const int coarser = std::max(o.size.width, 2 * o.size.height);
@@ -128,7 +128,8 @@ void require_parts_possible(const RenderOptions& o) {
                                 : o.follow       ? "--follow"
                                                  : "";
     if (!besides.empty())
-        throw InputError(expected_found("--part", "whole frames that hang on no other", besides));
+        throw InputError(
+            expected_found("--part", "frames without --accumulate, --patches, --window and --follow", besides));
 }
 
 es_eye parse_eye(const std::string& text) {
@@ -146,15 +147,16 @@ void require_ods_possible(const Typed& typed, const RenderOptions& o) {
                                 : o.follow                 ? "--follow (serve)"
                                                            : "";
     if (!besides.empty())
-        throw InputError(expected_found("--camera ods",
-                                        "the left or the right eye or both, and no more than their spheres", besides));
+        throw InputError(
+            expected_found("--camera ods", "--eye left, right or both, and nothing besides their spheres", besides));
 }
 
 /// The host is the program: `equistream render` chooses it by the command line, before any settings are read.
 void require_own_host(const std::string& host, const std::string& own) {
     if (host != own)
-        throw InputError(expected_found(
-            "--host", own + " (equistream render chooses another by the command line alone)", "'" + host + "'"));
+        throw InputError(
+            expected_found("--host", own + " (--host chooses another on the command line only, not in a settings file)",
+                           "'" + host + "'"));
 }
 
 /// Of so many columns over the range, so that pixels are square.
@@ -227,19 +229,22 @@ RenderOptions checked(const Typed& typed, const std::string& own_host) {
                                         std::to_string(o.size.width) + "x" + std::to_string(o.size.height)));
     if (o.small_eye && (o.size.width / 4 < min_track_side || o.size.height / 4 < min_track_side))
         std::fprintf(stderr,
-                     "equistream render: note: --small is a quarter, %dx%d; encode codes sides of at least %d only\n",
+                     "equistream render: note: --small has %dx%d pixels; encode needs sides of at least %d: take a "
+                     "larger --size\n",
                      o.size.width / 4, o.size.height / 4, min_track_side);
     if (sphere && typed.fov_option.is_given())
         throw InputError(
             expected_found("--fov", "--camera perspective", "--camera " + typed.camera + " (see --range)"));
     if (o.accumulate > 0 && (o.layers || o.patches || o.small_eye))
-        std::fprintf(stderr, "equistream render: note: --accumulate is for the first surfaces; %s stays as rendered\n",
+        std::fprintf(stderr,
+                     "equistream render: note: --accumulate averages the first surfaces only; %s is not averaged\n",
                      o.layers    ? "--layers"
                      : o.patches ? "--patches"
                                  : "--small");
     if (o.accumulate > 0 && o.window && o.window->follows_gaze)
-        std::fprintf(stderr, "equistream render: note: --accumulate is for the sphere around a window that follows the "
-                             "gaze; the window stays as rendered\n");
+        std::fprintf(stderr,
+                     "equistream render: note: --accumulate averages the sphere around a window that follows the "
+                     "gaze; the window itself is not averaged\n");
     o.fov_rad = typed.fov_deg * pi / 180;
     if (sphere && !typed.size.empty())
         note_pixels_that_are_not_square(o);
@@ -263,10 +268,9 @@ RenderOptions checked(const Typed& typed, const std::string& own_host) {
 }
 
 void add_camera_options(cli::CommandLine& app, Typed& t) {
-    app.add_option(
-           "--camera", t.camera,
-           "Whole sphere, flat view, or omnidirectional stereo: spheres whose columns are seen each from an eye "
-           "that turned there")
+    app.add_option("--camera", t.camera,
+                   "equirect: whole sphere. perspective: flat view. ods: omnidirectional stereo, each column seen by "
+                   "an eye turned towards it")
         .one_of({"equirect", "perspective", "ods"})
         .with_default();
     app.add_option("--eye", t.eye,
@@ -290,12 +294,12 @@ void add_camera_options(cli::CommandLine& app, Typed& t) {
     t.density_option = app.add_option("--density", t.density,
                                       "Columns of the sphere a window is part of (default: four times --size's)");
     app.add_flag("--layers", t.options.layers,
-                 "Also render what eyes of the head box see behind the first surfaces, into DIR/hidden");
-    app.add_flag(
-        "--patches", t.options.patches,
-        "Also render what eyes of the head box uncover, as patches of spheres beside this one, into DIR/patches");
+                 "Also render the surfaces behind the first ones that eyes in the head box see, into DIR/hidden");
+    app.add_flag("--patches", t.options.patches,
+                 "Also render the surfaces that eyes in the head box uncover, as patches of spheres beside this one, "
+                 "into DIR/patches");
     t.patch_budget = app.add_option("--patch-budget", t.options.patch_budget_percent,
-                                    "Most pixels of all patches, percent of the sphere's")
+                                    "Pixels of all patches together, at most, as a percentage of the sphere's")
                          .between(0.1, 100.0)
                          .with_default();
     t.patch_side =
@@ -308,8 +312,8 @@ void add_frame_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's").existing_file();
     cli::add_frames_option(app, t.options.frames, "FIRST-LAST or one number (default: the whole path)");
     app.add_option("--part", t.part,
-                   "K/N: render one of N parts of every frame and keep it in DIR; all/N: put frames together from all "
-                   "parts, to the bytes of frames rendered at once (equistream farm does it)");
+                   "K/N: render part K of N of every frame, and keep it in DIR. all/N: join the parts to whole frames, "
+                   "byte for byte as if rendered at once. equistream farm does both");
     t.fps_option = app.add_option("--fps", t.fps, "Frames per second (default: the scene's)").between(0.001, 1000.0);
 }
 
@@ -325,13 +329,13 @@ void add_quality_options(cli::CommandLine& app, Typed& t) {
         .one_of(denoise_quality_names)
         .with_default();
     app.add_option("--accumulate", t.options.accumulate,
-                   "Carry light on from frame to frame: where anything moves, over so many earlier ones at most")
+                   "Average each pixel with earlier frames, where anything moves with this many at most. 0: off")
         .between(0u, 1000u)
         .with_default();
     app.add_option(
            "--aovs", t.options.aovs,
-           "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before it was denoised; "
-           "guides: what the denoiser goes by; samples, variance: of what is accumulated; reference: a few pixels "
+           "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before denoising; guides: albedo "
+           "and normals for the denoiser; samples, variance: of accumulated pixels; reference: a few pixels "
            "with many samples, for the confidence map; cryptomatte: objects and materials by name")
         .with_default();
 }
@@ -358,7 +362,7 @@ std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const H
     app.add_option("--threads", typed->options.threads, "Rendering threads (default: one per processor)")
         .between(1u, 1024u);
     app.add_flag("--overwrite", typed->options.overwrite,
-                 "Render finished frames again; frames of other settings make way");
+                 "Render finished frames again, and replace frames of other settings");
     app.add_flag("--single-part", typed->options.single_part, "EXR files with one part, for readers of the first only");
     cli::add_progress_option(app, typed->progress);
     app.add_flag("--follow", typed->options.follow,

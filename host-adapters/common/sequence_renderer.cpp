@@ -30,8 +30,8 @@ void SequenceRenderer::run() {
                      static_cast<long long>(report_.frames_kept), static_cast<long long>(frames_in_all()));
     if (rendered_again_ > 0)
         std::fprintf(stderr,
-                     "equistream render: note: --accumulate renders %lld finished frames again, whose light later ones "
-                     "carry on\n",
+                     "equistream render: note: --accumulate renders %lld finished frames again: later frames average "
+                     "their light\n",
                      static_cast<long long>(rendered_again_));
     if (job_.timeline.range.first > 0 &&
         std::ranges::any_of(job_.streams, [](const Stream& stream) { return stream.settings.accumulates; }))
@@ -153,7 +153,7 @@ void SequenceRenderer::require_all_finished() const {
     const std::int64_t finished = report_.frames_rendered + report_.frames_kept;
     if (finished < frames_in_all())
         throw WorkError("interrupted: " + std::to_string(finished) + " of " + std::to_string(frames_in_all()) +
-                        " frames are finished; the same command goes on there");
+                        " frames are finished; run the same command again to continue");
 }
 
 void SequenceRenderer::stop_if_interrupted() {

@@ -336,7 +336,7 @@ PatchSettings patch_settings(const RenderOptions& options, double head_radius_m)
     settings.block_side =
         options.patch_side > 0 ? options.patch_side : smallest_patch_side(settings.sphere, settings.budget);
     if (!(settings.box_radius_m > 0))
-        throw InputError(expected_found("--patches", "a head box: eyes apart (--ipd) or a head that leans",
+        throw InputError(expected_found("--patches", "a head box: --ipd or head_box.lean_m above 0",
                                         "eyes that stay at the sphere's centre"));
     return settings;
 }

@@ -246,7 +246,7 @@ private:
                             if (other.name == name)
                                 found.push_back(other);
                     if (found.size() == aov.channels.size() || (aov.name == "colour" && found.size() == 3))
-                        take(aov.name, layer, std::move(found), "our own name");
+                        take(aov.name, layer, std::move(found), "equistream's name");
                 }
     }
 
@@ -302,20 +302,20 @@ private:
                 rest.push_back(channel);
         if (rest.empty())
             return;
-        std::string why = "no plane of ours by its name (--channels takes it)";
+        std::string why = "not a known name; --channels can import it";
         if (layer.last.find("crypto") != std::string::npos)
-            why = "Cryptomatte is not read";
+            why = "import does not read Cryptomatte";
         else if (is_of_our_own() && std::ranges::any_of(rest, is_in_catalogue))
-            why = "a plane of ours that import does not keep";
+            why = "import does not keep this plane";
         else if (std::ranges::any_of(rules(), [&](const Rule& r) {
                      return (r.plane == "backward" || r.plane == "forward") && r.layers.contains(layer.last) &&
                             !has(r.plane);
                  }))
-            why = "motion whose convention is not known (--backward, --forward tell it)";
+            why = "motion of unknown convention; set --backward or --forward";
         else
             for (const Rule& rule : rules())
                 if (rule.layers.contains(layer.last) && has(rule.plane))
-                    why = "another one is the plane " + std::string(rule.plane) + " already";
+                    why = "another layer already gives plane " + std::string(rule.plane);
         map_.left_out.push_back({names_of(rest), why});
     }
 

@@ -217,7 +217,7 @@ private:
             }
         if (rounded > 0)
             notes_.push_back(file().file().string() + ": " + mapped_->plane + ": " + std::to_string(rounded) +
-                             " pixels were no whole number and are rounded (a filtered plane?)");
+                             " pixels were not whole numbers and are rounded (was the plane filtered?)");
         return image;
     }
 
@@ -322,7 +322,7 @@ Pose pose_of_attribute(const ForeignExr& file, const SourceConventions& conventi
         turn = flip_z * turn;
         move = flip_z * move;
     } else if (conventions.name == "pbrt") {
-        taken_for += ", a left-handed world, whose Z is turned round";
+        taken_for += ", left-handed world, Z reversed";
         turn = flip_z * turn * flip_z;
         move = flip_z * move;
     } else {

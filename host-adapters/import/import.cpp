@@ -74,10 +74,10 @@ private:
         const WindowGrid& grid = *plan_.window;
         const auto found = window_of(files, plan_.conventions.mirrored);
         if (!found || found->first.width < grid.width || found->first.height < grid.height)
-            throw InputError(
-                expected_found(files.front()->file().string(),
-                               size_text(grid.width, grid.height) + " pixels on whole blocks of 16, as every file has",
-                               found ? size_text(found->first.width, found->first.height) : "none"));
+            throw InputError(expected_found(files.front()->file().string(),
+                                            size_text(grid.width, grid.height) +
+                                                " pixels in whole blocks of 16, as the other files have",
+                                            found ? size_text(found->first.width, found->first.height) : "none"));
         return found->second;
     }
 

@@ -83,7 +83,7 @@ private:
         plan_.software = file().software();
         const bool guessed = settings_.preset == "auto";
         plan_.conventions = preset(guessed ? guess_preset(file()) : settings_.preset);
-        say(plan_.software.empty() ? "renderer not named in the files" : "written by " + plan_.software,
+        say(plan_.software.empty() ? "no renderer named in the files" : "written by " + plan_.software,
             "conventions: " + plan_.conventions.name,
             !guessed                           ? "--preset"
             : plan_.conventions.name == "none" ? "no renderer was recognised"
@@ -139,7 +139,7 @@ private:
         take("--eye", &FrameInfo::eye);
         say("attributes of equistream",
             formatted("exposure %g, eyes %g m apart", plan_.shared.exposure, plan_.shared.ipd_m),
-            "attributes; --exposure, --ipd and others tell it");
+            "attributes; --exposure, --ipd and others override");
     }
 
     void choose_camera() {
@@ -165,7 +165,7 @@ private:
             if (!sphere && !fov_rad)
                 throw InputError(expected_found(
                     file().file().string(),
-                    "2:1 for a sphere, or --camera equirect (with --range), or --fov of a perspective view",
+                    "2:1 for a sphere, --camera equirect (with --range), or --fov for a perspective view",
                     size_text(width, height)));
         }
         if (!sphere && !fov_rad)
@@ -228,7 +228,7 @@ private:
     void choose_window() {
         const auto* sphere = std::get_if<EquirectCamera>(&plan_.camera);
         if (sphere == nullptr || !sphere->range.is_full_sphere())
-            throw InputError(expected_found("--window", "pictures of a whole sphere, of which there is a part",
+            throw InputError(expected_found("--window", "windows of a whole sphere",
                                             sphere == nullptr ? "a perspective view" : "--range"));
         for (const FileSets::Frame& frame : all_frames_) {
             std::vector<ForeignExr> opened;
@@ -263,7 +263,7 @@ private:
         }
         if (c.depth == DepthKind::position && c.name == "equistream")
             throw InputError(expected_found("--depth position", "a source whose depth is a layer of points",
-                                            "frames of our own, whose depth is distance"));
+                                            "equistream's own frames, whose depth is distance"));
         // Of Mitsuba's sensors ours alone is a sphere, and it measures from its centre unless it is told otherwise.
         if ((sphere || c.depth == DepthKind::position) && !settings_.overrides.near_plane_m)
             c.near_plane_m = 0;
@@ -276,7 +276,7 @@ private:
             formatted("%g frames a second", plan_.frames_per_second),
             settings_.frames_per_second ? "--fps"
             : of_file                   ? "attribute"
-                                        : "the default; --fps tells it");
+                                        : "default; set --fps");
         const std::int64_t last = plan_.files.frames.back().index;
         if (const auto mismatch = range_mismatch(double(last) / plan_.frames_per_second, -max_time_s, max_time_s))
             throw InputError(expected_found("time of frame " + std::to_string(last) + " in seconds", mismatch->expected,
@@ -298,7 +298,7 @@ private:
             return;
         }
         if (!file().world_to_camera()) {
-            say("no poses", "every frame at the origin, looking along -Z", "--path CSV tells them");
+            say("no poses", "every frame at the origin, looking along -Z", "set --path CSV");
             return;
         }
         plan_.poses_in_attributes = true;
@@ -334,7 +334,7 @@ private:
                                          static_cast<long long>(frames.back().index), rate),
                                span));
         plan_.notes.push_back(std::to_string(outside) + " of " + std::to_string(frames.size()) +
-                              " frames are not within the path's " + span + ": they take the pose at its end");
+                              " frames lie outside the path's " + span + ": they get the pose at its end");
     }
 
     void choose_colour() {
@@ -347,7 +347,7 @@ private:
         plan_.colour_to_rec709 = to_rec709(stored.value_or(rec709_chromaticities), file().file().string());
         const bool other = plan_.colour_to_rec709 != glm::dmat3(1);
         say(stored ? "chromaticities" : "no chromaticities", other ? "converted to linear Rec.709" : "linear Rec.709",
-            stored ? "attribute" : "the default; --colour-space tells it");
+            stored ? "attribute" : "default; set --colour-space");
     }
 
     void map_views() {
@@ -362,7 +362,7 @@ private:
         if (views.size() > 1)
             views.erase("");
         if (views.contains("center") && views.contains("centre"))
-            throw InputError(expected_found(file().file().string(), "one view in the middle", "center and centre"));
+            throw InputError(expected_found(file().file().string(), "one view named center or centre", "both"));
         for (const std::string& view : views) {
             PlannedView planned{view, plan_.shared.eye,
                                 map_channels(files, plan_.files.stems, view, plan_.conventions)};
@@ -383,7 +383,7 @@ private:
         }
         if (plan_.poses_in_attributes && plan_.views.size() > 1 && !plan_.ods)
             throw InputError(expected_found(file().file().string(),
-                                            "--path CSV for several views: worldToCamera is read of the first alone",
+                                            "--path CSV for several views, as worldToCamera is read for the first only",
                                             std::to_string(plan_.views.size()) + " views"));
         if (plan_.window && plan_.views.size() > 1)
             throw InputError(expected_found("--window", "one view", std::to_string(plan_.views.size())));
@@ -402,8 +402,8 @@ private:
         for (const LeftOut& left : planned.map.left_out)
             say(view + left.channels, "left out", left.why);
         if (planned.map.planes.empty())
-            throw InputError(expected_found(
-                file().file().string(), "channels that are known by their names (--channels tells others)", "none"));
+            throw InputError(
+                expected_found(file().file().string(), "channels with known names (--channels names others)", "none"));
         if (std::ranges::none_of(planned.map.planes, [](const MappedPlane& p) { return p.plane == "colour"; }))
             plan_.notes.push_back(view + "no colour was found: encode and play need it");
     }
@@ -441,7 +441,7 @@ std::string ImportPlan::table() const {
         return formatted("%-*s  %-*s  %s\n", int(widths[0]), f.found.c_str(), int(widths[1]), f.taken_for.c_str(),
                          f.why.c_str());
     };
-    std::string text = row({"found", "taken for", "because of"});
+    std::string text = row({"found", "read as", "reason"});
     for (const Finding& finding : findings)
         text += row(finding);
     for (const std::string& note : notes)

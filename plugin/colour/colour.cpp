@@ -281,7 +281,7 @@ DisplayShader HdrDisplay::shader() const {
         ->extractGpuShaderInfo(desc);
     if (desc->getNumUniforms() != 1)
         throw InputError(expected_found(settings_.config.empty() ? "OpenColorIO" : settings_.config,
-                                        "a view that leaves nothing open but the exposure",
+                                        "a view whose only dynamic property is the exposure",
                                         std::to_string(desc->getNumUniforms() - 1) + " more uniforms"));
     ocio::GpuShaderDesc::UniformData data;
     return {desc->getShaderText(), desc->getUniform(0, data), tables_of(*desc)};

@@ -163,7 +163,7 @@ void require_wanted(int type) {
     const bool is_number = wanted.find_first_not_of("0123456789") == std::string::npos;  // of a device; or nothing
     if (!is_number && wanted != kind_of(any_device) && wanted != kind_of(type))
         throw InputError(expected_found("OIDN_DEFAULT_DEVICE",
-                                        "a device that is there, such as " + std::string(kind_of(type)), wanted));
+                                        "an available device, such as " + std::string(kind_of(type)), wanted));
 }
 
 }  // namespace

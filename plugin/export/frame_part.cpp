@@ -102,9 +102,9 @@ std::string SequenceWriter::read_part(std::int64_t index, std::uint32_t number, 
     in.read(heading.data(), static_cast<std::streamsize>(heading.size()));
     in.read(bytes.data(), static_cast<std::streamsize>(size));
     if (!in)
-        refuse("a file that can be read", "an error");
+        refuse("a readable file", "a read error");
     if (const std::string expected = part_heading(index, number, bytes.size(), checksum_of(bytes)); heading != expected)
-        refuse("'" + expected.substr(0, expected.size() - 1) + "'", "another heading, or other bytes than it says");
+        refuse("'" + expected.substr(0, expected.size() - 1) + "'", "another heading, or damaged bytes");
     return bytes;
 }
 

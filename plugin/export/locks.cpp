@@ -53,9 +53,9 @@ int open_locked_file(const std::filesystem::path& file, IfMissing if_missing) {
 
 std::string lock_problem(const std::filesystem::path& file, int error_number) {
     if (error_number == ELOOP)
-        return file.string() + ", a symbolic link, there";
+        return file.string() + ", a symbolic link";
     if (error_number == EINVAL || error_number == ENXIO)
-        return file.string() + ", which is no file, there";
+        return file.string() + ", which is not a file";
     return std::strerror(error_number);
 }
 
@@ -65,8 +65,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder)
     if (descriptor_ < 0 || !is_locked_elsewhere(descriptor_))
         return;
     close(descriptor_);
-    throw InputError(
-        expected_found(folder.string(), "a folder that no other process is writing to", "one that is in use"));
+    throw InputError(expected_found(folder.string(), "a folder that no other process is writing to",
+                                    "one in use: wait for the other process, or choose another folder"));
 }
 
 FolderLock::~FolderLock() {

@@ -46,7 +46,7 @@ void Film::each_piece(const TileShare& share, const std::function<void(std::span
 std::string Film::part_bytes() {
     if (!whole_.empty())
         throw InputError(
-            expected_found("a part of a frame", "planes that tiles bring", "plane " + *whole_.begin() + " whole"));
+            expected_found("a part of a frame", "planes given tile by tile", "the whole plane " + *whole_.begin()));
     std::string bytes;
     bytes.reserve(part_size(part_));
     each_piece(share_, [&](std::span<std::byte> piece) {

@@ -118,8 +118,8 @@ void Output::open_aside() {
     aside_ = target_ + ".part";
     file_ = open_locked_file(aside_);
     if (file_ < 0 && errno == EWOULDBLOCK)
-        throw InputError(
-            expected_found(target_, "a file that no other process is writing", aside_ + " in the hands of one"));
+        throw InputError(expected_found(target_, "a file that no other process is writing",
+                                        aside_ + ", which another process is writing"));
     if (file_ >= 0 && ftruncate(file_, 0) != 0)
         close(std::exchange(file_, -1));
 }
@@ -146,7 +146,7 @@ Output::Output(const std::string& target, std::optional<StreamTap> tap, std::siz
         return;
     }
     if (tap_ && is_url(target))
-        throw InputError(expected_found(target, "a file, beside what is tapped", "an address"));
+        throw InputError(expected_found(target, "a file: an address cannot be tapped", "an address"));
     if (is_url(target)) {
         const int code = avio_open2(&io_, target.c_str(), AVIO_FLAG_WRITE, nullptr, nullptr);
         if (code < 0)

@@ -86,7 +86,7 @@ SendTimes read_send_times(const std::string& file, const std::function<bool()>& 
     const Source format(file, options);
     std::vector<Placed> packets = read_packets(*format.get());
     if (packets.empty())
-        throw InputError(expected_found(file, "video whose packets say when and where they are", "none"));
+        throw InputError(expected_found(file, "video packets with times and byte positions", "none"));
     std::ranges::sort(packets, {}, &Placed::start);
     const double first_s = std::ranges::min(packets, {}, &Placed::time_s).time_s;
     const double last_s = std::ranges::max(packets, {}, &Placed::time_s).time_s;

@@ -102,7 +102,7 @@ void check_fits(const std::string& target, const Container& container, const Str
         throw InputError(expected_found(target,
                                         *container.only_for_codec == Codec::h265 ? "a name ending in .h264 for H.264"
                                                                                  : "a name ending in .h265 for H.265",
-                                        "the other"));
+                                        "the extension of the other codec"));
 }
 
 }  // namespace

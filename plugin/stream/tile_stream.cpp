@@ -51,7 +51,7 @@ std::optional<TileRecording> open_tiles(const std::string& file, const std::func
     while (std::ranges::count(seen, true) < std::ssize(seen)) {
         const std::optional<DecodedPicture> picture = reader.next();
         if (!picture)
-            throw InputError(expected_found(file, "pictures of all its tiles", "fewer"));
+            throw InputError(expected_found(file, "pictures of all its tiles", "some tiles without any"));
         if (seen[picture->track] || !picture->info)
             continue;
         seen[picture->track] = true;
@@ -68,7 +68,7 @@ std::optional<TileRecording> open_tiles(const std::string& file, const std::func
             throw not_of_one_sphere(file, "a flat view");
         const std::optional<TilePart> part = tile_part(*tile);
         if (!part)
-            throw not_of_one_sphere(file, "one of " + size_text(tile->width, tile->height) + " that is none");
+            throw not_of_one_sphere(file, "one of " + size_text(tile->width, tile->height) + " that fits no grid");
         if (first && !part->is_of_same_sphere(*first))
             throw not_of_one_sphere(file, "tiles of other sizes");
         first = first.value_or(*part);

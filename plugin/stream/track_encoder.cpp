@@ -51,12 +51,13 @@ void check_track(const TrackSettings& track) {
                                         is_depth(track.role) ? "none" : depth_code_name(*track.depth_code)));
     if (track.halved && !may_be_halved(track.role))
         throw InputError(
-            expected_found(where, "all columns and rows (only the depth of main and window may be halved)", "half"));
+            expected_found(where, "full resolution (only the depth of main and window may be halved)", "half"));
     if (track.halved && (track.width % 4 != 0 || track.height % 4 != 0 || track.coded_width() < min_track_side ||
                          track.coded_height() < min_track_side))
-        throw InputError(expected_found(
-            where, "sides of whole fours from " + std::to_string(2 * min_track_side) + " pixels on, to be halved",
-            size));
+        throw InputError(expected_found(where,
+                                        "sides of at least " + std::to_string(2 * min_track_side) +
+                                            " pixels, in multiples of 4, to be halved",
+                                        size));
     if (track.crf && !(*track.crf >= 0 && *track.crf <= worst_crf))
         throw InputError(expected_found(where, "crf of 0 to " + std::to_string(worst_crf), std::to_string(*track.crf)));
 }

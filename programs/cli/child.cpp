@@ -96,7 +96,7 @@ bool wait_for(pid_t child, int& status, const Deadline& deadline) {
         if (ended == child)
             return true;
         if (ended < 0 && errno != EINTR)
-            throw WorkError(std::string("a program that was started could not be waited for: ") + std::strerror(errno));
+            throw WorkError(std::string("waiting for a started program failed: ") + std::strerror(errno));
         if (deadline.is_over())
             return false;
         if (ended == 0)

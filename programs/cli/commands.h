@@ -35,7 +35,7 @@ inline constexpr std::array commands = {
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
     Command{"farm", "equistream-farm", "divide a render, an encode or a study among the machines of a farm"},
     Command{"study", "equistream-study", "speed against accuracy of every method, on real scenes or bundled ones"},
-    Command{"fit", "equistream-fit", "the least a scene needs for a wanted accuracy, as a settings file"},
+    Command{"fit", "equistream-fit", "find the cheapest settings for a wanted accuracy"},
     Command{"doctor", "equistream-doctor", "say what is installed, what is missing and how to get it"},
 };
 
@@ -131,8 +131,7 @@ inline std::filesystem::path host_program(const std::string& name, const std::fi
             expected_found("--host " + name, program.string(), "none; to get it: " + std::string(host->how_to_get_it)));
     if (host->needs_avx2 && !avx2_is_there)
         throw InputError(expected_found("--host " + name, "a processor with AVX2",
-                                        "one without (in a virtual machine, let it have the host's processor); "
-                                        "--host " +
+                                        "one without (a virtual machine needs the host's CPU model); --host " +
                                             std::string(hosts.front().name) + " needs none"));
     return program;
 }

@@ -14,7 +14,7 @@ void HdrOptions::add_to(cli::CommandLine& app) {
         app.add_option("--display", settings_.display,
                        "HDR streams: the display, by its name in the OpenColorIO config; default: sRGB"),
         app.add_option("--view-transform", settings_.view,
-                       "HDR streams: how light comes into the display's range, a view of the config; default: "
+                       "HDR streams: the view transform (tone mapping), by its name in the config; default: "
                        "clipped at white (\"Un-tone-mapped\")"),
         app.add_option("--exposure", settings_.exposure_stops, "HDR streams: stops, -20 to 20, before the view"),
         app.add_option("--ocio", settings_.config,

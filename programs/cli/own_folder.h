@@ -19,7 +19,7 @@ inline std::filesystem::path own_folder(const char* link = "/proc/self/exe") {
         program = std::filesystem::canonical(reinterpret_cast<const char*>(getauxval(AT_EXECFN)), error);
     if (error)
         throw WorkError(std::string("the folder of this program cannot be found (") + error.message() +
-                        "): mount /proc, or start it by its whole path");
+                        "): mount /proc, or start the program by its full path");
     return program.parent_path();
 }
 

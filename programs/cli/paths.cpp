@@ -24,7 +24,7 @@ void require_not_read(const std::string& option, const fs::path& target, const s
     for (const fs::path& input : read) {
         std::error_code error;  // what is not there is no other's
         require(!fs::equivalent(target, input, error), option + " " + target.string(),
-                "another place than what is read", input.string());
+                "an output that is not the input", input.string());
     }
 }
 
@@ -42,7 +42,7 @@ void require_apart(const std::string& option, const fs::path& target, const std:
     const fs::path place = full(target);
     for (const fs::path& input : read) {
         const fs::path folder = full(input);
-        require(!is_or_lies_in(place, folder), option + " " + target.string(), "a place outside what is read",
+        require(!is_or_lies_in(place, folder), option + " " + target.string(), "an output outside the input",
                 input.string());
     }
 }

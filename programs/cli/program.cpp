@@ -18,6 +18,7 @@
 #include <array>
 #include <atomic>
 #include <charconv>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -174,6 +175,21 @@ Option add_seed_option(CommandLine& app, std::uint64_t& seed, const std::string&
             description)
         .type_name("UINT")
         .with_default(std::to_string(seed));
+}
+
+void add_former_name(CommandLine& app, const std::string& command, const std::string& former, const std::string& name,
+                     double& value) {
+    app.add_function(
+           former,
+           [command, former, name, &value](const std::string& text) {
+               const std::optional<double> number = parsed_number(text);
+               require(number.has_value() && !std::isnan(*number), former, "a number", in_quotes(text));
+               std::fprintf(stderr, "equistream %s: note: %s is now called %s\n", command.c_str(), former.c_str(),
+                            name.c_str());
+               value = *number;
+           },
+           "")
+        .group("");
 }
 
 Option add_json_flag(CommandLine& app, bool& json) {

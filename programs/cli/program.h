@@ -74,6 +74,11 @@ Option add_frames_option(CommandLine& app, std::optional<FrameRange>& frames, co
 /// Adds --seed: a whole number from 0 to 2^64 - 1, exactly; anything else is refused.
 Option add_seed_option(CommandLine& app, std::uint64_t& seed, const std::string& description);
 
+/// Adds the name that the number's option `name` had in earlier versions. Help does not list it; where it is given,
+/// `command` says on stderr what it is called now. Added before that option, which then wins where both are given.
+void add_former_name(CommandLine& app, const std::string& command, const std::string& former, const std::string& name,
+                     double& value);
+
 /// The command line as one shell-quoted string, for manifests and reports; the program without its folder.
 std::string quoted_command(int argc, char** argv);
 

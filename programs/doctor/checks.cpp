@@ -78,7 +78,7 @@ Finding find_hosts(const Surroundings& here) {
             there.emplace_back(host.name);
     if (there.empty())
         return {State::missing, "no renderer", "", {}};
-    return Finding::ok("render and serve have " + in_a_sentence(there, " and "), {{"hosts", there}});
+    return Finding::ok("renderers: " + in_a_sentence(there, " and "), {{"hosts", there}});
 }
 
 /// It renders, which takes its wheel, our plugins, and LLVM for the faster variants.
@@ -98,7 +98,7 @@ Finding find_mitsuba(const Surroundings& here) {
         return {State::broken, failure(end, here.limit_s), "", {}};
     const ordered_json report = ordered_json::parse(end.output);
     const std::string variant = report.at("variant");
-    Finding finding = Finding::ok("it renders by " + variant, {{"variant", variant}});
+    Finding finding = Finding::ok("it renders with " + variant, {{"variant", variant}});
     if (end.errors.find("libLLVM") != std::string::npos) {
         finding.found += "; llvm_ad_rgb is faster and needs LLVM";
         finding.get = "sudo apt-get install libllvm19";
@@ -109,9 +109,11 @@ Finding find_mitsuba(const Surroundings& here) {
 /// What a server sends by where packets are lost.
 Finding find_congestion_control(const Surroundings&) {
     if (!allows_bbr())
-        return {
-            State::missing, "this system does not allow BBR: lost packets slow streams down, but for srt://", "", {}};
-    return Finding::ok("BBR: lost packets hardly slow streams down");
+        return {State::missing,
+                "this system does not allow BBR: packet loss slows streams down, except over srt://",
+                "",
+                {}};
+    return Finding::ok("BBR: packet loss hardly slows streams down");
 }
 
 /// `study --packages` says which there are, or how to get them.
@@ -142,11 +144,12 @@ constexpr std::array checks = {
     Check{"headset", "view --headset", false,
           "start the headset's OpenXR runtime (SteamVR, Monado), or name it in XR_RUNTIME_JSON", nullptr},
     Check{"mitsuba", "render --host mitsuba", false,
-          "pip install " EQUISTREAM_MITSUBA ", and its folders mitsuba and drjit in LD_LIBRARY_PATH", find_mitsuba},
+          "pip install " EQUISTREAM_MITSUBA ", then add its folders mitsuba and drjit to LD_LIBRARY_PATH",
+          find_mitsuba},
     Check{"denoiser", "--denoise of render, serve and import", false, "pip install pyoidn", nullptr},
     Check{"network", "serve", false, "sudo sysctl net.ipv4.tcp_congestion_control=bbr", find_congestion_control},
     Check{"scenes", "descriptions whose models are not bundled", false,
-          "name the folder of scenes (.glb) in EQUISTREAM_SCENES", nullptr},
+          "set EQUISTREAM_SCENES to a folder of scenes (.glb)", nullptr},
     Check{"python", "study, fit, farm", false, "sudo apt-get install python3, and python3-equistream", find_python},
 };
 

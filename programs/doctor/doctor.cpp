@@ -80,12 +80,13 @@ void run(const Options& options) {
         std::puts(json_text(json, 2).c_str());
     }
     if (!faults.empty())
-        throw WorkError("what the core commands need is not all there: " + in_a_sentence(faults, " and "));
+        throw WorkError("the core commands lack " + in_a_sentence(faults, " and "));
     if (options.json)
         return;
     std::puts("");
-    print_row("", "What the core commands need is there." +
-                      (others.empty() ? "" : " Missing for others: " + in_a_sentence(others, " and ") + "."));
+    print_row("",
+              "The core commands have all that they need." +
+                  (others.empty() ? "" : " Missing for optional features: " + in_a_sentence(others, " and ") + "."));
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ Finding probe_opengl() {
     const std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     const gl::Driver driver = gl::Context::driver();
     return Finding::ok("OpenGL " + driver.version + " without a window, on " + driver.renderer +
-                           (driver.is_software() ? ": the processor draws, slowly" : ""),
+                           (driver.is_software() ? ": in software, slow" : ""),
                        {{"vendor", driver.vendor},
                         {"renderer", driver.renderer},
                         {"version", driver.version},
@@ -48,7 +48,7 @@ Finding probe_display() {
         return {State::missing, "DISPLAY is not set", "", {}};
     Display* display = XOpenDisplay(nullptr);
     if (display == nullptr)
-        return {State::missing, "DISPLAY is " + quotable(name, 100) + ", which does not open", "", {}};
+        return {State::missing, "DISPLAY is " + quotable(name, 100) + ", which cannot be opened", "", {}};
     const int screen = DefaultScreen(display);
     const int width = DisplayWidth(display, screen), height = DisplayHeight(display, screen);
     XCloseDisplay(display);
@@ -67,7 +67,7 @@ Finding probe_headset() {
     Instance instance;
     const XrResult result = xrCreateInstance(&wanted, &instance.handle);
     if (result == XR_ERROR_EXTENSION_NOT_PRESENT)
-        return {State::missing, "an OpenXR runtime that OpenGL cannot draw for", "", {}};
+        return {State::missing, "the OpenXR runtime does not support OpenGL", "", {}};
     if (XR_FAILED(result))
         return {State::missing, "no OpenXR runtime answers: " + xr::name_of(result), "", {}};
     XrInstanceProperties runtime{};
@@ -84,7 +84,7 @@ Finding probe_headset() {
                 "the OpenXR runtime " + name + ", but no headset: " + xr::name_of(found),
                 "connect the headset, and start its runtime",
                 {{"runtime", name}}};
-    return Finding::ok("a headset by the OpenXR runtime " + name, {{"runtime", name}});
+    return Finding::ok("a headset, OpenXR runtime " + name, {{"runtime", name}});
 }
 
 }  // namespace equistream::doctor

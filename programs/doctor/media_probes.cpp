@@ -93,8 +93,8 @@ Finding probe_hardware_decoding() {
         av_buffer_unref(&device);
     }
     if (devices.empty())
-        return {State::missing, "no device of libavcodec opens: the processor decodes", "", {}};
-    return Finding::ok("devices of libavcodec: " + in_a_sentence(devices, " and "), {{"devices", devices}});
+        return {State::missing, "no hardware decoder opens: decoding runs on the CPU", "", {}};
+    return Finding::ok("hardware decoders: " + in_a_sentence(devices, " and "), {{"devices", devices}});
 }
 
 Finding probe_denoiser() {

@@ -115,7 +115,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         const auto decoded = reader.next();
         const ByteImage seen = decoded ? shown(*decoded) : ByteImage();
         if (!same_size(seen, pictures[i]))
-            throw WorkError("a trial of colour could not be read back");
+            throw WorkError("the trial encoding of colour could not be decoded");
         meter.add(pictures[i].view(), seen.view());
         if (!references[i].empty())
             meter.add_reference(seen.view(), references[i].view(), repeats[i].view());

@@ -201,8 +201,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;
         if (is_ods(info.camera))
-            throw InputError(expected_found("--depth: " + source.folder.string(),
-                                            "spheres whose rays all begin at one place",
+            throw InputError(expected_found("--depth: " + source.folder.string(), "spheres whose rays share one origin",
                                             "omnidirectional stereo, which clients turn without depth"));
         DepthTrack track{role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
         const bool halves = may_be_halved(role) && asked.halved.value_or(false);
@@ -214,9 +213,10 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
         if (role == TrackRole::depth)
             track.right_eye = sources.right_eye;
         if (!(track.box_radius_m > 0))
-            throw InputError(expected_found(source.folder.string(),
-                                            "eyes that may leave the sphere's centre, for depth to be of use",
-                                            "no distance between the eyes and no lean"));
+            throw InputError(
+                expected_found(source.folder.string(),
+                               "eyes that can leave the sphere's centre (render with --ipd or head_box.lean_m above 0)",
+                               "neither; encode with --depth none"));
         if (automatic) {
             const Extent extent = extent_of_some(track, sources.frames, beside.settings.gop);
             track.code = code_for_bound(track.box_radius_m, extent.nearest_m, extent.has_empty, focal_length_px);

@@ -58,7 +58,7 @@ public:
         : settings_(beside.settings), colour_bytes_(beside.colour.get().bytes) {
         if (!(colour_bytes_ > 0))
             throw InputError(expected_found(beside.sources.looked_at().folder.string(),
-                                            "middle frames with colour, to compare depth's bits with", "none"));
+                                            "colour in the middle frames, to weigh depth's bits against", "none"));
         for (const DepthTrack& track : tracks)
             frames_.emplace_back(track, beside.sources.frames, settings_.gop);
         settings_.pictures = std::uint32_t(frames_.front().infos.size());
@@ -154,7 +154,7 @@ private:
         for (const FloatImage& distances_m : frames.distances_m) {
             const auto decoded = reader.next();
             if (!decoded || decoded->depth_m.samples().size() != distances_m.samples().size())
-                throw WorkError("a trial of depth could not be read back");
+                throw WorkError("the trial encoding of depth could not be decoded");
             for (std::size_t i = 0; i < distances_m.samples().size(); ++i) {
                 const float r = distances_m.samples()[i], used = decoded->depth_m.samples()[i];
                 within += std::isnan(r) ? std::isnan(used)

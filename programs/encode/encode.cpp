@@ -55,7 +55,7 @@ StereoPacking packing_of(const Options& options) {
     if (options.stereo == "tracks")
         return StereoPacking::none;
     const auto refuse = [&](bool given, const std::string& option) {
-        cli::require(!given, "--stereo " + options.stereo, "both eyes and their depth, nothing beside them", option);
+        cli::require(!given, "--stereo " + options.stereo, "only both eyes and their depth", option);
     };
     refuse(!options.eye.empty(), "--eye " + options.eye);
     refuse(options.fill != "auto" && options.fill != "none", "--fill " + options.fill);
@@ -67,7 +67,7 @@ StereoPacking packing_of(const Options& options) {
 
 /// Nothing where the sphere is sent whole.
 std::optional<TileRequest> tiles_of(const Options& options) {
-    cli::require(!options.tiles.empty() || !options.base_columns, "--base", "--tiles, whose base it is", "no tiles");
+    cli::require(!options.tiles.empty() || !options.base_columns, "--base", "--tiles as well", "no tiles");
     if (options.tiles.empty())
         return std::nullopt;
     const cli::Size counts = cli::parse_size(options.tiles, "--tiles");
@@ -78,7 +78,7 @@ std::optional<TileRequest> tiles_of(const Options& options) {
 void check_beside_tiles(const EncodeRequest& request, const Options& options) {
     const std::string option = "--tiles " + options.tiles;
     cli::require(options.stereo == "tracks", option, "--stereo tracks", options.stereo);
-    cli::require(!request.motion, option, "--motion none: what moves is said of whole spheres", options.motion);
+    cli::require(!request.motion, option, "--motion none, as motion is coded for whole spheres only", options.motion);
     for (const SourceTrack& track : request.sources.tracks)
         cli::require(track.role == TrackRole::main || track.role == TrackRole::small, option,
                      "a whole sphere with a small stream at most (--fill none or small)",
@@ -102,7 +102,7 @@ EncodeRequest request_of(const Options& options) {
     request.depth = depth_request_of(options);
     request.motion = options.motion == "auto";
     cli::require(!request.motion || request.sources.looked_at().role == TrackRole::main, "--motion",
-                 "none where a window was rendered: what moves is said of whole spheres", "auto");
+                 "none for a render with a window, as motion is coded for whole spheres only", "auto");
     check_crf("--fill-crf", request.fill_crf);
     const auto fills_gaps = [](const SourceTrack& track) {
         return track.role != TrackRole::main && track.role != TrackRole::window;
@@ -124,7 +124,7 @@ void run(const Options& options) {
     const cli::ProgressStyle style = cli::parse_progress(options.progress);
     const EncodeRequest request = request_of(options);
     require_replaceable_stream(request.target);
-    cli::say_at_interrupt("equistream encode: interrupted: no frame is coded yet");
+    cli::say_at_interrupt("equistream encode: interrupted before the first frame was coded");
     EncodeReport report;
     {
         std::optional<cli::Progress> progress;  // from the first frame on: trials of depth take what they take
@@ -168,8 +168,8 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         .one_of({"centre", "left", "right"});
     cli::add_with_default(app, "--stereo", options.stereo,
-                          "Whose spheres the stream has\n"
-                          "tracks        one eye's, of which clients make both by depth\n"
+                          "Spheres of the stream\n"
+                          "tracks        one eye's; clients make both eyes' views by depth\n"
                           "top-bottom    both eyes' in one picture, left/ above right/, which most 360 players know\n"
                           "side-by-side  both eyes' in one picture, left/ beside right/",
                           {"tracks", "top-bottom", "side-by-side"});
@@ -183,32 +183,31 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
         "bound and --depth-share), or a code")
         .offers(std::array{"none", "auto", "w8", "w10", "w12", "pece444", "pece420", "hue", "lossless"});
-    app.add_option(
-        "--depth-share", request.depth.share,
-        "Share of the main stream's bits that depth may take, with all tracks of mirrors and glass: above 0, at most "
-        "1. Default: 0.1; for depth up to 0.3 where 0.1 leaves less than 40 % of pixels within the error bound");
-    cli::add_with_default(
-        app, "--depth-scale", options.depth_scale,
-        "1: depth of every pixel of main. 2: of the nearest of each four pixels, for fewer bytes. auto: what leaves "
-        "more pixels within the error bound at --depth-share (1 with --depth-crf)",
-        {"1", "2", "auto"});
+    app.add_option("--depth-share", request.depth.share,
+                   "Share of the main stream's bits that depth may take, together with the tracks of mirrors and "
+                   "glass: above 0, at most 1. Default: 0.1; for depth up to 0.3 where 0.1 leaves less than 40 % of "
+                   "pixels within the error bound");
+    cli::add_with_default(app, "--depth-scale", options.depth_scale,
+                          "1: the depth of every pixel. 2: the nearest depth of every 2x2 pixels, for fewer bytes. "
+                          "auto: the one with more pixels within the error bound at --depth-share (1 with --depth-crf)",
+                          {"1", "2", "auto"});
     app.add_option("--depth-crf", request.depth.crf,
-                   "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");
-    cli::add_with_default(
-        app, "--mirrors", options.mirrors,
-        "A track of the distance at which mirrors and glass show things. auto: where it takes no more of the colour's "
-        "bits than --depth-share",
-        {"auto", "always", "none"});
-    app.add_option("--tiles", options.tiles,
-                   "CxR, such as 8x4: cuts the sphere into so many tiles across and down, each a track of its own, "
-                   "within a coarser sphere (--base). serve then sends each viewer the tiles that it looks at. Tiles "
-                   "are at least 64 pixels wide and high, in multiples of 16");
+                   "Quality of depth, also of hidden layers and mirrors, 0 to 51, instead of --depth-share");
+    cli::add_with_default(app, "--mirrors", options.mirrors,
+                          "A track with the depth of virtual images in mirrors and glass. auto: only if its share of "
+                          "the colour's bits is at most --depth-share",
+                          {"auto", "always", "none"});
+    app.add_option(
+        "--tiles", options.tiles,
+        "CxR, such as 8x4: cuts the sphere into C columns and R rows of tiles. Each tile is a track of its own; a "
+        "coarser sphere lies around them (--base). serve sends each viewer the tiles that it looks at. Tiles are at "
+        "least 64 pixels wide and high, in multiples of 16");
     app.add_option("--base", options.base_columns,
-                   "Columns of the sphere around tiles (default: a sixth of what they are cut from)");
+                   "Columns of the coarser sphere around tiles (default: a sixth of the whole sphere's)");
     cli::add_with_default(
         app, "--motion", options.motion,
-        "auto: main's pictures say what moves by itself by more than the error bound, so that clients can move it on "
-        "while frames are late. Motion is found from the AOVs backward, forward and depth",
+        "auto: send the motion of objects that move by more than the error bound, so that clients can extrapolate them "
+        "while frames are late. It is found from the AOVs backward, forward and depth",
         {"auto", "none"});
     cli::add_json_flag(app, options.json)
         .description("Report as JSON on standard output (on standard error where the video goes there)");

@@ -41,7 +41,7 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     settings.stereo = request.sources.packing;
     settings.tagged = first.front().is_posed;
     cli::require(settings.tagged || first.front().distances_m.empty(), "--depth",
-                 "none, as the right eye is not where the left one's head has it", "depth");
+                 "none, as the eyes do not share one head pose", "depth");
     if (settings.stereo != StereoPacking::none)
         settings.baseline_m = first.front().info.ipd_m;
     return settings;
@@ -51,7 +51,9 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
 void require_depth_for_its_options(const DepthRequest& request, const DepthPlan& plan) {
     const auto any = [&](const auto& suits) { return std::ranges::any_of(plan.tracks, suits, &DepthTrack::role); };
     const bool beside_hidden = any([](TrackRole role) { return role != TrackRole::hidden_depth; });
-    const char* found = plan.tracks.empty() ? "none" : beside_hidden ? "none of main's" : "a hidden layer's alone";
+    const char* found = plan.tracks.empty() ? "none"
+                        : beside_hidden     ? "none for main"
+                                            : "depth of the hidden layer only";
     const auto check = [&](const char* option, bool given, bool suits) {
         cli::require(!given || suits, option, "depth that is coded (--depth)", found);
     };
@@ -59,12 +61,12 @@ void require_depth_for_its_options(const DepthRequest& request, const DepthPlan&
     check("--depth-share", request.share.has_value(), beside_hidden || plan.images_left_out_share.has_value());
     check("--depth-scale", request.halved == true, any(may_be_halved));
     const auto is_lossy = [](const DepthTrack& track) { return track.code != DepthCodeId::lossless; };
-    cli::require(!request.crf || std::ranges::any_of(plan.tracks, is_lossy), "--depth-crf",
-                 "depth that loses something by coding", "--depth lossless");
+    cli::require(!request.crf || std::ranges::any_of(plan.tracks, is_lossy), "--depth-crf", "lossy depth",
+                 "--depth lossless");
     const bool judges_images =
         request.images == ImagesTrack::if_cheap && (plan.images_left_out_share || any(is_reflections));
-    cli::require(!request.crf || !request.share || judges_images, "--depth-share",
-                 "no --depth-crf beside it, which takes its place", in_words(request.crf.value_or(0)));
+    cli::require(!request.crf || !request.share || judges_images, "--depth-share", "no --depth-crf, which replaces it",
+                 in_words(request.crf.value_or(0)));
 }
 
 /// Depth tracks of a stream being written: each group's range, and what its steps and its clamping cost.
@@ -196,7 +198,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     check_sizes(pictures, request.sources);
     cli::require(!is_ods(pictures.front().info.camera) || request.sources.packing != StereoPacking::none,
                  request.sources.tracks.front().folder.string(),
-                 "--stereo top-bottom or side-by-side: omnidirectional stereo is of both eyes", "one eye's");
+                 "--stereo top-bottom or side-by-side, as omnidirectional stereo needs both eyes", "one eye");
     SourceRenders renders(request.sources);
     renders.check(pictures);
     ColourTrials trials(request.sources, request.settings);

@@ -43,10 +43,10 @@ struct Judgement {
     const char* meaning;
 };
 constexpr std::array judgements = {
-    Judgement{0.8, "fine", "at most 0.1 dB lost beside exact depth"},
-    Judgement{0.4, "fair", "up to 0.3 dB lost beside exact depth; a larger --depth-share loses less"},
+    Judgement{0.8, "fine", "at most 0.1 dB below exact depth"},
+    Judgement{0.4, "fair", "up to 0.3 dB below exact depth; a larger --depth-share loses less"},
     Judgement{0, "poor",
-              "decibels may be lost beside exact depth; take a larger --depth-share, or give clients the scene or a "
+              "may be decibels below exact depth; use a larger --depth-share, or give clients the scene or a "
               "model of it"}};
 
 const Judgement& judgement_of(const DepthTrial& trial) {
@@ -127,26 +127,27 @@ nlohmann::json motion_json(const EncodeReport& report) {
 std::string motion_text(const EncodeReport& report) {
     const MotionTotals& motion = *report.motion;
     if (motion.frames == 0)
-        return "  no motion: nothing was found that moves by itself\n";
+        return "  no motion data: no moving objects found\n";
     std::string text = formatted(
-        "  motion of up to %lld bodies in %lld frames: %.0f bytes a frame, %s of the colour's\n"
-        "        of %.1f px that they move in %g s, %.3f px are left on average (at a focal length of %g px)\n",
+        "  motion of up to %lld objects in %lld frames: %.0f bytes a frame, %s of the colour's\n"
+        "        they move by %.1f px in %g s; extrapolation leaves %.3f px on average (focal length %g px)\n",
         static_cast<long long>(motion.max_regions), static_cast<long long>(motion.frames),
         double(motion.bytes) / report.settings.pictures,
         percent_text(double(motion.bytes) / double(report.tracks.front().bytes)).c_str(), motion.mean_motion_px,
         extrapolation_horizon_s, motion.mean_error_px, default_focal_length_px);
     if (motion.left_out > 0)
-        text +=
-            formatted("        %lld bodies found no room in their frames\n", static_cast<long long>(motion.left_out));
+        text += formatted("        %lld objects did not fit into their frames' data\n",
+                          static_cast<long long>(motion.left_out));
     return text;
 }
 
 /// Of a render with both eyes: what a client makes of the one that is sent, and how to send the other.
 std::string left_out_text(const Sources& sources) {
-    return formatted("  %s/ is left out: clients make both eyes of %s by depth (--eye %s sends that instead, --stereo "
-                     "top-bottom both)\n",
-                     in_a_sentence(sources.left_out, "/, ").c_str(), sources.tracks.front().folder.string().c_str(),
-                     sources.left_out.front().c_str());
+    return formatted(
+        "  %s/ is not encoded: clients make both eyes from %s by depth (--eye %s encodes that instead, --stereo "
+        "top-bottom both)\n",
+        in_a_sentence(sources.left_out, "/, ").c_str(), sources.tracks.front().folder.string().c_str(),
+        sources.left_out.front().c_str());
 }
 
 }  // namespace
@@ -214,8 +215,7 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
                  report.settings.frames_per_second, report.sphere_tag ? ", tagged as 360 degree video" : "");
     if (report.settings.stereo != StereoPacking::none)
         std::fprintf(out, "  both eyes in one picture, %s%s\n", options.stereo.c_str(),
-                     report.settings.tagged ? ""
-                                            : ", without poses: the right eye is not where the left one's head has it");
+                     report.settings.tagged ? "" : ", without poses: the eyes do not share one head pose");
     if (report.settings.transfer == Transfer::pq)
         std::fprintf(out, "  exposure %g, HDR: PQ (white at %g nits) BT.2020 4:2:0, 10 bits\n", report.first.exposure,
                      pq_white_nits);
@@ -237,25 +237,26 @@ void print_report(const EncodeRequest& request, const AsTyped& options, const En
     if (!request.sources.left_out.empty())
         std::fprintf(out, "%s", left_out_text(request.sources).c_str());
     if (!report.not_measured.empty())
-        std::fprintf(out, "  how visibly off the pictures are was not measured, so that clients go by the CRF: %s\n",
+        std::fprintf(out, "  visible error not measured, so confidence maps rely on the CRF: %s\n",
                      report.not_measured.c_str());
     if (report.images_left_out_share)
         std::fprintf(out,
-                     "  no track of mirrors and glass, which would take %s of the colour's bits (--mirrors always "
-                     "sends it)\n",
+                     "  no track of mirrors and glass: it would take %s of the colour's bits (--mirrors always "
+                     "adds it)\n",
                      percent_text(*report.images_left_out_share).c_str());
     const auto is_of_mirrors = [](const EncodedTrack& track) { return is_reflections(track.settings.role); };
     if (request.depth.images == ImagesTrack::always && std::ranges::none_of(report.tracks, is_of_mirrors))
         std::fprintf(out,
-                     "  no track of mirrors and glass: %s has none in the frames that were looked at (render "
+                     "  no track of mirrors and glass: none found in the sampled frames of %s (render "
                      "--aovs depth,specular,virtual)\n",
                      request.sources.looked_at().folder.string().c_str());
     if (report.trial && report.trial->share() > report.trial->allowed)
         std::fprintf(out, "  depth takes more than %s of the colour's bits: coarser depth would displace surfaces\n",
                      percent_text(report.trial->allowed).c_str());
-    std::fprintf(out,
-                 "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
-                 report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
+    std::fprintf(
+        out,
+        "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, as reading and encoding overlap\n",
+        report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
     if (report.not_finite_samples > 0)
         std::fprintf(out, "  %lld samples were not finite and became black or white\n",
                      static_cast<long long>(report.not_finite_samples));

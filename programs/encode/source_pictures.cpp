@@ -211,9 +211,9 @@ void SourceRenders::check(const std::vector<Picture>& pictures) {
         is_posed_ = main.is_posed;
     cli::require(*is_posed_ == main.is_posed,
                  "--stereo: " + sources_.right_eye.string() + ", frame " + std::to_string(main.info.index),
-                 *is_posed_ ? "the right eye where the left one's head has it, as in the first frame"
-                            : "the right eye elsewhere than where the left one's head has it, as in the first frame",
-                 *is_posed_ ? "it elsewhere" : "it there");
+                 *is_posed_ ? "both eyes at one head pose, as in the first frame"
+                            : "eyes at different head poses, as in the first frame",
+                 *is_posed_ ? "different head poses" : "one head pose");
 }
 
 std::vector<std::string> motion_planes(const std::filesystem::path& file) {

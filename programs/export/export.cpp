@@ -78,18 +78,18 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     std::vector<std::int64_t> frames = list_frames(source.folder);
     if (a.frames)
         std::erase_if(frames, [&](std::int64_t index) { return index < a.frames->first || index > a.frames->last; });
-    cli::require(!frames.empty(), "--frames", "frames that " + source.folder.string() + " has", "none of these");
+    cli::require(!frames.empty(), "--frames", "frames of " + source.folder.string(), "none in this range");
     const std::int64_t first = a.frames ? a.frames->first : frames.front();
     const std::int64_t last = a.frames ? a.frames->last : frames.back();
     const std::int64_t missing = cli::first_missing(frames, first);
     cli::require(!a.frames || missing > last, source.folder.string(),
                  "frames " + std::to_string(first) + "-" + std::to_string(last), "no " + frame_file_name(missing));
     if (missing <= last)
-        std::fprintf(stderr, "equistream export: note: %s lacks frames between others, from %lld on\n",
+        std::fprintf(stderr, "equistream export: note: %s: frames are missing in between, the first is %lld\n",
                      source.folder.string().c_str(), static_cast<long long>(missing));
     for (const std::int64_t index : frames) {
         const fs::path file = a.out / frame_file_name(index);
-        cli::require(a.overwrite || !fs::exists(file), file.string(), "no such file, or --overwrite", "one");
+        cli::require(a.overwrite || !fs::exists(file), file.string(), "no file of this name, or --overwrite", "one");
     }
     return frames;
 }
@@ -172,8 +172,8 @@ void run(const Arguments& a) {
             progress.step(double(i + 1), "frame " + std::to_string(frames[i]));
             if (cli::interrupted() && i + 1 < frames.size())
                 throw WorkError("interrupted: " + std::to_string(i + 1) + " of " + std::to_string(frames.size()) +
-                                " frames are exported; --frames " + std::to_string(frames[i + 1]) + "-" +
-                                std::to_string(frames.back()) + " exports the others");
+                                " frames are exported; to export the others, add --frames " +
+                                std::to_string(frames[i + 1]) + "-" + std::to_string(frames.back()));
         }
     }
     const double pixels = double(counts.front);
@@ -191,15 +191,14 @@ void run(const Arguments& a) {
     }
     std::printf("%s: %zu frames, %s\n", a.out.string().c_str(), frames.size(), a.layout.c_str());
     if (deep)
-        std::printf("  %.2f samples a pixel: each one's front surface, and what %s\n",
-                    (pixels + double(counts.hidden)) / pixels,
-                    sources.front().hidden ? "the hidden layer has behind it"
-                                           : "lies behind was not rendered (--layers)");
+        std::printf("  %.2f samples a pixel: the front surface, %s\n", (pixels + double(counts.hidden)) / pixels,
+                    sources.front().hidden ? "and the hidden layer behind it"
+                                           : "without what lies behind (render --layers adds it)");
     if (!left_out.empty())
-        std::printf("  %s left out: a deep file holds one eye (--eye names it; --layout parts takes all)\n",
+        std::printf("  %s not exported: a deep file holds one eye (--eye chooses it; --layout parts holds both)\n",
                     in_a_sentence(left_out, " and ").c_str());
     if (counts.left_out > 0)
-        std::printf("  %lld hidden samples were not behind the front and are left out\n",
+        std::printf("  %lld hidden samples did not lie behind the front surface and were dropped\n",
                     static_cast<long long>(counts.left_out));
 }
 

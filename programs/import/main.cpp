@@ -211,10 +211,9 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .offers(std::array{"equirect", "ods", "perspective"});
     app.add_option("--range", a->range, "WEST,EAST,SOUTH,NORTH of an equirect picture, degrees");
     app.add_option("--fov", a->fov_deg, "Horizontal, degrees, of a perspective picture");
-    app.add_option(
-        "--window", a->window,
-        "The pictures are parts of a denser sphere than OUT/centre has, for OUT/window: auto (of the one that "
-        "is their display window) or X,Y of their upper left pixel (with --density)");
+    app.add_option("--window", a->window,
+                   "The pictures are windows of a denser sphere, and go to OUT/window. auto: that sphere is their EXR "
+                   "display window. X,Y: their upper left pixel in it (with --density)");
     app.add_option("--density", s.density, "Columns of the sphere that windows at X,Y are parts of");
     app.add_flag("--mirrored", a->mirrored, "The sphere's longitude grows to the left");
     app.add_option("--forward-at", o.forward_at,
@@ -248,7 +247,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
 int main(int argc, char** argv) {
     const std::string command = cli::quoted_command(argc, argv);
     return cli::run_program(argc, argv,
-                            {"import", "Makes frames of any renderer's EXR sequences, and says what it took for what",
+                            {"import", "Makes frames of any renderer's EXR sequences, and says how it read them",
                              "equistream import blender/shot.####.exr --preset cycles --path head.csv --out shot"},
                             [&](cli::CommandLine& app) { return set_up(app, command); });
 }

@@ -98,7 +98,7 @@ void add_part(const Header& header, int part, Description& description) {
         const std::string unit = plane && !plane->unit.empty() ? " [" + std::string(plane->unit) + "]" : "";
         description.text += formatted("  %-12s %-5s ", shown(name).c_str(), type) +
                             (plane ? std::string(plane->name) + unit + ": " + std::string(plane->meaning)
-                                   : std::string("not in equistream's catalogue")) +
+                                   : std::string("unknown to equistream")) +
                             "\n";
         channels.push_back({{"name", name},
                             {"type", type},
@@ -139,12 +139,11 @@ Description describe_exr(const std::filesystem::path& file) {
                             pose_text(info.camera_pose) + "\n" + shared_text(info);
         description.json["frame"] = frame_json(info);
         if (const std::int64_t left_out = header.left_out_samples(); left_out > 0) {
-            description.text +=
-                "  left out   " + std::to_string(left_out) + " samples of the renderer's that were not finite\n";
+            description.text += "  left out   " + std::to_string(left_out) + " samples that were not finite\n";
             description.json["left_out_samples"] = left_out;
         }
     } catch (const InputError& error) {
-        description.text += std::string("no frame data of equistream's: ") + error.what() + "\n";
+        description.text += std::string("no equistream frame data: ") + error.what() + "\n";
         ours = false;
     }
     if (ours)

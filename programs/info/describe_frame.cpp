@@ -141,7 +141,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
 }
 
 std::string shared_text(const FrameInfo& info) {
-    std::string text = "  scene      " + (info.scene.empty() ? std::string("not said") : shown(info.scene));
+    std::string text = "  scene      " + (info.scene.empty() ? std::string("not known") : shown(info.scene));
     text += formatted(", exposure %g\n", info.exposure);
     if (!info.geometry_fingerprint.empty())
         text += "  geometry   fingerprint " + shown(info.geometry_fingerprint) + "\n";

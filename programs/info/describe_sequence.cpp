@@ -54,7 +54,7 @@ std::string gaps_text(const std::vector<std::int64_t>& indices) {
 
 void add_manifest(const fs::path& folder, Description& description) {
     if (!fs::exists(folder / "manifest.json")) {
-        description.text += "  no manifest.json: not rendered by equistream, or not begun\n";
+        description.text += "  no manifest.json: not rendered by equistream, or not started\n";
         description.json["manifest"] = nullptr;
         return;
     }

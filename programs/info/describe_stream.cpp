@@ -135,7 +135,7 @@ std::string tags_text(const StreamTrackSummary& track) {
         text += formatted("  stereo     tagged as both eyes in each picture: %s%s\n", stereo_name(track.stereo),
                           track.right_first ? ", the right one first" : "");
     if (track.has_vexu)
-        text += "  vexu       Apple's box is there" +
+        text += "  vexu       Apple's stereo box is present" +
                 (track.baseline_m ? formatted(", with %.1f mm between the eyes", *track.baseline_m * 1e3) : "") + "\n";
     return text;
 }
@@ -171,7 +171,7 @@ std::string track_text(const Entry& entry) {
     if (track.pictures == 0)
         return text + "  no picture could be read\n";
     if (frames.count == 0)
-        return text + "  no frame data of equistream's: an ordinary video, which can be shown but only turned\n";
+        return text + "  no equistream frame data: ordinary video, which clients can only rotate\n";
     text += formatted("  frames     %lld to %lld, each with its pose in the coded picture\n",
                       static_cast<long long>(frames.first.index), static_cast<long long>(frames.last_index));
     return text + range_text(frames) + shared_text(frames.first) + moving_text(seen) + seen.list.text;

@@ -142,12 +142,12 @@ std::string text_of(const Arguments& request, const ClientModelFigures& of_model
                                 number(of_model.triangles_after), number(of_model.triangles_before),
                                 100 * double(of_model.triangles_after) / double(of_model.triangles_before),
                                 1e-6 * double(bytes_beside(request.out)));
-    out += formatted("to be seen from the path: %llu\n", number(of_model.triangles_seen));
+    out += formatted("visible from the path: %llu triangles\n", number(of_model.triangles_seen));
     if (of_model.added_m > 0)
-        out += formatted("the path is long: %llu cells of %.2f m stand for it, with head boxes %.2f m larger\n",
+        out += formatted("long path: approximated by %llu cells of %.2f m, with head boxes %.2f m larger\n",
                          number(of_model.centres), of_model.cell_m, of_model.added_m);
     out += formatted(
-        "rays checked: %lld in the last of %d rounds; %.4f %% keep the bound of %g px, %.4f %% more at edges\n",
+        "rays checked: %lld in the last of %d rounds; %.4f %% are within the bound of %g px, %.4f %% more at edges\n",
         static_cast<long long>(c.rays), of_model.rounds, 100 * double(c.within) / double(c.rays),
         request.error_px * request.share, 100 * double(c.at_edges) / double(c.rays));
     out += formatted("displacement, px: %.4f (median), %.4f (99 %%), %.4f (99.9 %%), %.4f (99.99 %%)\n",
@@ -163,7 +163,7 @@ std::string text_of(const Arguments& request, const ClientModelFigures& of_model
 void run(const Arguments& request) {
     const ClientModelOptions options = complete(request);
     cli::say_at_interrupt("equistream model: interrupted: " + request.out.string() +
-                          " is not finished; the same command begins anew");
+                          " is not finished; the same command starts over");
     const auto start = Clock::now();
     const SceneDescription scene = load_scene(request.scene);
     cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
@@ -181,7 +181,7 @@ void run(const Arguments& request) {
     }
     if (!built.figures.holds)
         throw WorkError(expected_found(request.scene.string(),
-                                       formatted("%g of all rays to keep the bound after %d rounds (--rounds)",
+                                       formatted("%g of all rays within the bound after %d rounds (raise --rounds)",
                                                  options.kept_quantile, options.rounds),
                                        formatted("%.6f", built.figures.check.kept())));
     write_client_model(request.out, built, scene);
@@ -200,7 +200,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::shared_ptr<Argume
     cli::add_with_default(app, "--ipd", r.options.ipd_m, "Distance between the eyes, in metres");
     cli::add_with_default(app, "--visibility-rays", r.options.visibility_rays, "Rays to find out what can be seen");
     cli::add_with_default(app, "--rays", r.options.check_rays, "Rays in each round of checking");
-    cli::add_with_default(app, "--quantile", r.options.kept_quantile, "Part of the rays that must keep the bound");
+    cli::add_with_default(app, "--quantile", r.options.kept_quantile,
+                          "Share of the rays that must stay within the bound");
     cli::add_with_default(app, "--rounds", r.options.rounds, "Rounds of checking and restoring, at most");
     cli::add_seed_option(app, r.options.seed, "Of all random rays");
     cli::add_json_flag(app, r.json);

@@ -73,8 +73,8 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
         plan.method = scene_ ? "eye-depth" : choice.depth != "none" ? "mesh" : "rotation";
     use(plan);
     if (scene_ && !scene_->stands_for.empty() && pipeline_.fill().has("geometry"))
-        report.notes.push_back("--fill geometry is passed over: " + settings_.scene.string() +
-                               ", a client's model, has no colours (--scene S of the scene itself has)");
+        report.notes.push_back("--fill geometry is ignored: " + settings_.scene.string() +
+                               ", a client's model, has no colours (pass the scene itself as --scene)");
     MadeDepth made = make_depth(choice.depth, scene_ ? &*scene_ : nullptr, first.main.info, geometry_modules);
     report.gl_driver = made.driver;
     report.scene_load_ms = made.load_ms;
@@ -149,11 +149,10 @@ FrameInfo FramePlayer::eye_info(const ReceivedFrame& frame, Eye eye, const Refre
         info.ipd_m = *settings_.ipd_m;
     if (refresh != nullptr) {
         if (refresh->number < 0 || refresh->number > max_frame_index)
-            throw InputError(
-                expected_found(formatted("--refresh: frame %lld", static_cast<long long>(frame.main.info.index)),
-                               formatted("times from 0 to %.0f s, by which refreshes are numbered",
-                                         double(max_frame_index) / refresh->refresh_hz),
-                               formatted("%g s", refresh->display_s)));
+            throw InputError(expected_found(
+                formatted("--refresh: frame %lld", static_cast<long long>(frame.main.info.index)),
+                formatted("a display time from 0 to %.0f s", double(max_frame_index) / refresh->refresh_hz),
+                formatted("%g s", refresh->display_s)));
         info.index = refresh->number;
         info.time_s = refresh->display_s;
         info.frames_per_second = refresh->refresh_hz;

@@ -55,7 +55,8 @@ void require_own_views(const Settings& settings, const std::vector<fs::path>& vi
     };
     if (!fs::exists(file)) {
         if (!views.empty())
-            refuse(settings.out, "a report.json that says what its views are of", views.front().string() + " alone");
+            refuse(settings.out, "a report.json with the settings of its views",
+                   views.front().string() + " without one");
         return;
     }
     std::ifstream text(file);

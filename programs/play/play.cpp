@@ -36,7 +36,7 @@ void add_gone_option(cli::CommandLine& app, const std::string& name, const std::
     app.add_function(
            name,
            [name, instead](const std::string&) {
-               std::fprintf(stderr, "equistream play: note: %s is gone and changes nothing: %s\n", name.c_str(),
+               std::fprintf(stderr, "equistream play: note: %s has no effect any more: %s\n", name.c_str(),
                             instead.c_str());
            },
            "")
@@ -60,7 +60,7 @@ void choose_layout(Arguments& arguments, const cli::CommandLine& app) {
     if (settings.layout == play::Layout::anaglyph)
         settings.anaglyph = &(app.is_given("--anaglyph") ? find_anaglyph(arguments.anaglyph) : anaglyphs().front());
     else
-        require(!app.is_given("--anaglyph"), "--anaglyph", "--layout anaglyph beside it", layout);
+        require(!app.is_given("--anaglyph"), "--anaglyph", "--layout anaglyph as well", layout);
     require(settings.layout == play::Layout::files || settings.format != play::Format::exr, "--layout",
             "files for --format exr, which keeps each eye's camera", layout);
 }
@@ -98,21 +98,23 @@ void choose_video(Arguments& arguments, const cli::CommandLine& app) {
 }
 
 constexpr double longest_extrapolation_s = 1;
+constexpr const char* former_extrapolate = "--carry";
 
 void choose_refreshes(Arguments& arguments, const cli::CommandLine& app) {
     play::Settings& settings = arguments.settings;
     settings.conditions = parse_network(settings.network, "--network");
     if (!app.is_given("--refresh") && !app.is_given("--network")) {
-        require(!app.is_given("--carry"), "--carry", "--refresh or --network beside it", "neither");
+        for (const char* option : {"--extrapolate", former_extrapolate})
+            require(!app.is_given(option), option, "--refresh or --network as well", "neither");
         return;
     }
     require(arguments.refresh_hz >= 1 && arguments.refresh_hz <= 1000, "--refresh", "1 to 1000 Hz",
             in_words(arguments.refresh_hz));
     require(!settings.head.empty(), app.is_given("--refresh") ? "--refresh" : "--network",
-            "--head CSV beside it, of a head that moves on while frames are late", "none");
+            "--head CSV as well: the head moves on while frames are late", "none");
     settings.refresh_hz = arguments.refresh_hz;
-    require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= longest_extrapolation_s, "--carry",
-            "0 to 1 s", in_words(settings.extrapolation_limit_s));
+    require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= longest_extrapolation_s,
+            "--extrapolate", "0 to 1 s", in_words(settings.extrapolation_limit_s));
 }
 
 void complete(Arguments& arguments, const cli::CommandLine& app) {
@@ -125,7 +127,7 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
     use_current_names(settings, app);
     const bool by_budget = settings.method == "auto";
     for (const char* option : {"--budget-ms", "--rechoose"})
-        require(by_budget || !app.is_given(option), option, "--method auto beside it",
+        require(by_budget || !app.is_given(option), option, "--method auto as well",
                 settings.method.empty() ? "none" : settings.method);
     require(!by_budget || (settings.budget_ms > 0 && settings.budget_ms <= 1e6), "--budget-ms",
             "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
@@ -133,7 +135,7 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
     parse_fills(settings.fill);
     settings.hdr_display = arguments.hdr.display();
     require(settings.format != play::Format::exr || !settings.hdr_display, "--format exr",
-            "no display, view or exposure beside it: linear light is what it keeps", "one of them");
+            "no --display, --view-transform, --exposure or --ocio, as EXR keeps linear light", "one of them");
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.scene_is_model = !arguments.model.empty();
     if (settings.scene_is_model)
@@ -153,7 +155,7 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
 void run(Arguments& arguments, const cli::CommandLine& app) {
     cli::hide_secret(arguments.settings.source);
     complete(arguments, app);
-    cli::say_at_interrupt("equistream play: interrupted: nothing is played yet");
+    cli::say_at_interrupt("equistream play: interrupted before the first frame was played");
     const play::Report report = play::play(arguments.settings);
     if (arguments.settings.json)
         std::puts(json_text(report.json(), 1).c_str());
@@ -172,8 +174,8 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         .excludes(scene);
     app.add_option("--head", settings.head,
-                   "CSV of head poses; default: the pose each picture is tagged with. A server is told them, so "
-                   "that a live one makes each frame for where the head will be then");
+                   "CSV of head poses; default: the pose in each picture. A server gets these poses too: a live one "
+                   "renders each frame for where the head will be");
     std::vector<std::string_view> methods = names_of(engine_stages());
     methods.emplace_back("auto");
     app.add_option("--method", settings.method,
@@ -185,28 +187,26 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                    "For --method auto: milliseconds a frame, both eyes, from decoding to filling. The most accurate "
                    "method that fits on this machine is found on one of the first frames");
     cli::add_with_default(app, "--rechoose", arguments->rechoose,
-                          "For --method auto. on: a cheaper method is taken while frames run over the time, and a more "
-                          "accurate one again where there is room. off: the first choice stays")
+                          "For --method auto. on: change to a cheaper method when frames take longer than --budget-ms, "
+                          "and back when there is time. off: keep the first choice")
         .offers(std::array{"on", "off"});
     app.add_option("--depth", settings.depth,
-                   "Where depth comes from. Default: ray with a scene, else what came, else none" +
+                   "Where depth comes from. Default: ray with a scene, else the source's own depth, else none" +
                        described(depth_stages()))
         .offers(depth_stages());
     add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", settings.fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
     app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: as tagged");
-    cli::add_with_default(app, "--fill", settings.fill,
-                          "Passes that fill gaps, in order, between commas; or none. Those with nothing to fill from "
-                          "are passed over" +
-                              described(fill_stages()));
     cli::add_with_default(
-        app, "--mirrors", arguments->mirrors,
-        "How mirrors and glass are shown whose picture moves otherwise than their surface, where the source tells of "
-        "them\n"
-        "images        looked up where their image lies\n"
-        "gaps          opened, for --fill\n"
-        "surface       as if painted on it")
+        app, "--fill", settings.fill,
+        "Passes that fill gaps, in order, separated by commas; or none. A pass without data is skipped" +
+            described(fill_stages()));
+    cli::add_with_default(app, "--mirrors", arguments->mirrors,
+                          "How mirrors and glass are shown, where the source holds data of their reflections\n"
+                          "images        at the depth of their virtual image\n"
+                          "gaps          left as gaps, for --fill\n"
+                          "surface       as if painted on the surface")
         .offers(mirror_treatment_names());
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
@@ -223,13 +223,14 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::add_with_default(app, "--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame");
     app.add_option(
         "--refresh", arguments->refresh_hz,
-        "Write what is seen at each refresh of a display of so many Hz. It is made of the frames that have come by "
-        "then, for where --head is predicted to be. Default: 90 with --network, else one picture a frame");
+        "Write one picture for each refresh of a display of this rate, in Hz. It shows the frames that have arrived by "
+        "then from the predicted head pose. Default: 90 with --network, else one picture a frame");
     app.add_option("--network", settings.network, "How late frames come, KEY=VALUE,...\n" + network_help());
+    cli::add_former_name(app, "play", former_extrapolate, "--extrapolate", settings.extrapolation_limit_s);
     cli::add_with_default(
-        app, "--carry", settings.extrapolation_limit_s,
-        "With --refresh, where the stream says what moves: for how many seconds beyond the last frame's time it is "
-        "moved on. 0: it stays where frames show it");
+        app, "--extrapolate", settings.extrapolation_limit_s,
+        "With --refresh: seconds, at most, by which moving objects are extrapolated while frames are late. 0: they "
+        "stay where frames show them. The stream must hold their motion (encode --motion)");
     cli::add_json_flag(app, settings.json);
     cli::add_progress_option(app, arguments->progress);
     app.add_option("--out", settings.out,
@@ -237,7 +238,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
                    "side by side or by --layout anaglyph")
         .required();
     app.add_flag("--overwrite", settings.overwrite,
-                 "Views of other settings in the folder make way, or a video of this name; default: both are refused");
+                 "Replace views of other settings in the folder, or a video of this name; default: both are refused");
     return [arguments, &app] { run(*arguments, app); };
 }
 

@@ -141,7 +141,7 @@ private:
             return;
         report_.truncation = "interrupted: " + std::to_string(report_.played) +
                              (report_.settings.refresh_hz ? " refreshes" : " frames") + " played and kept";
-        throw WorkError(report_.truncation + "; with --overwrite the same command begins anew");
+        throw WorkError(report_.truncation + "; to start over, add --overwrite to the same command");
     }
 
     void count_missing(std::int64_t index) {
@@ -247,21 +247,21 @@ private:
 
     void note_missing() {
         if (missing_ > 0)
-            report_.notes.push_back(report_.settings.source + " lacks frames between others: " +
-                                    std::to_string(missing_) + ", from " + std::to_string(*first_missing_) + " on");
+            report_.notes.push_back(report_.settings.source + ": frames missing in between: " +
+                                    std::to_string(missing_) + ", the first is " + std::to_string(*first_missing_));
     }
 
     void note_hdr() {
         if (report_.settings.format == Format::exr && std::ranges::count(feed_->transfers(), "smpte2084") > 0)
-            report_.notes.push_back("EXR views hold light up to white, and " + report_.settings.source +
-                                    " has more: PNG views show it (--view-transform)");
+            report_.notes.push_back("EXR views are clipped at white, and " + report_.settings.source +
+                                    " is HDR: --format png with --view-transform shows its highlights");
     }
 
     void note_patches() {
         if (player_->missed_patch_depth())
-            report_.notes.push_back("--fill patches is passed over: " + report_.settings.source +
+            report_.notes.push_back("--fill patches is ignored: " + report_.settings.source +
                                     " has patches without depth, and --depth " + report_.depth +
-                                    " draws none of theirs (--depth ray casts it)");
+                                    " does not draw it (--depth ray casts it)");
     }
 
     /// Whoever names passes leaves the window out by leaving out the one that shows what lies around it.
@@ -270,7 +270,7 @@ private:
         const auto is_window = [](const FeedTrack& track) { return track.name == track_name(TrackRole::window); };
         if (is_unneeded && std::ranges::any_of(feed_->tracks(), is_window))
             report_.notes.push_back("the window of " + report_.settings.source +
-                                    " is passed over: --fill names no base, which is to lie around it");
+                                    " is ignored: --fill lacks base, the sphere around it");
     }
 
     /// Others were left out once the way was chosen: in time for which frame differs from run to run.

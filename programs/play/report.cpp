@@ -157,7 +157,7 @@ Json settings_json(const Settings& settings) {
     json["ipd_m"] = cli::or_null(settings.ipd_m);
     json["refresh_hz"] = cli::or_null(settings.refresh_hz);
     json["network"] = settings.network;
-    json["carry_s"] = settings.extrapolation_limit_s;
+    json["extrapolation_limit_s"] = settings.extrapolation_limit_s;
     json["format"] = format_names[std::size_t(settings.format)];
     json["layout"] = layout_names[std::size_t(settings.layout)];
     json["anaglyph"] = settings.anaglyph != nullptr ? Json(settings.anaglyph->name) : Json();
@@ -238,7 +238,7 @@ std::string Report::table() const {
     std::string out = formatted("%lld %s, method %s, depth %s%s\n", static_cast<long long>(played), shown,
                                 method.c_str(), depth.c_str(), gl_driver.empty() ? "" : (" by " + gl_driver).c_str());
     if (played > std::int64_t(frames.size()))
-        out += formatted("times and gaps are of the latest %zu %s\n", frames.size(), shown);
+        out += formatted("times and gaps: the latest %zu %s only\n", frames.size(), shown);
     if (choice)
         out += "auto: " + choice->line() + "\n";
     for (const Change& change : changes)
@@ -267,13 +267,14 @@ std::string Report::table() const {
     }
     if (const auto moved = std::ranges::count_if(frames, [](const FrameFigures& f) { return f.extrapolation_s > 0; });
         moved > 0)
-        out +=
-            formatted("what moves was carried on in %lld refreshes, by up to %.1f ms\n", static_cast<long long>(moved),
-                      1e3 * std::ranges::max(frames, {}, &FrameFigures::extrapolation_s).extrapolation_s);
+        out += formatted("moving objects were extrapolated in %lld refreshes, by up to %.1f ms\n",
+                         static_cast<long long>(moved),
+                         1e3 * std::ranges::max(frames, {}, &FrameFigures::extrapolation_s).extrapolation_s);
     if (steering)
-        out += formatted("head sent %lld times: %lld frames were made for where it was %.1f ms before them\n",
-                         static_cast<long long>(steering->heads_sent), static_cast<long long>(steering->frames),
-                         1e3 * steering->late_s);
+        out +=
+            formatted("head pose sent %lld times; %lld frames were rendered for poses %.1f ms before their own time\n",
+                      static_cast<long long>(steering->heads_sent), static_cast<long long>(steering->frames),
+                      1e3 * steering->late_s);
     for (const FeedTrack& track : tracks)
         out += formatted("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
                          static_cast<long long>(track.pictures));

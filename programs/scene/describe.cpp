@@ -106,7 +106,8 @@ fs::path model_from(const fs::path& out, const fs::path& model) {
     std::error_code error;
     const fs::path way = fs::proximate(folder_of(model), folder_of(out), error);
     if (error)
-        throw InputError(expected_found("--out " + out.string(), "a way to the model's folder", error.message()));
+        throw InputError(expected_found("--out " + out.string(), "a path from which the model's folder can be reached",
+                                        error.message()));
     return (way / model.filename()).lexically_normal();
 }
 
@@ -164,9 +165,9 @@ nlohmann::ordered_json json_of(const Described& d, const std::string& command) {
 }  // namespace
 
 cli::CommandLine add_describe_command(cli::CommandLine& app, DescribeArguments& arguments) {
-    cli::CommandLine command = app.add_subcommand(
-        "describe", "write a scene description for a model: its camera stands 1.6 m above a floor, far from what is "
-                    "around, or before a model that has no inside");
+    cli::CommandLine command =
+        app.add_subcommand("describe", "write a scene description for a model; its camera stands 1.6 m above a floor "
+                                       "and far from all surfaces, or in front of a model without an inside");
     command.footer("Example:\n  equistream scene describe room.glb --out room.json");
     command.add_option("MODEL", arguments.model, "model (.glb, .gltf or .obj)").required();
     command.add_option("--out", arguments.out, "description to write, NAME.json; beside the model unless given");

@@ -89,7 +89,7 @@ void require_no_other(const GeneratedScene& scene, const std::filesystem::path& 
         std::ostringstream there;
         there << open_regular_file(file, what).rdbuf();
         if (there.str() != made())
-            throw InputError(expected_found(file.string(), "no " + what + ", or the one that this command makes",
+            throw InputError(expected_found(file.string(), "no " + what + ", or one that this command made",
                                             "another one; choose another folder or --overwrite"));
     };
     require_same(".json", "scene", [&] { return description_text(scene.description); });
@@ -218,10 +218,9 @@ cli::CommandLine add_convert_command(cli::CommandLine& app, const std::shared_pt
     command.add_option("--frame", arguments->settings.frame, "frame whose camera and moving objects are written")
         .between(std::int64_t{0}, std::int64_t{1} << 40)
         .with_default();
-    command.add_flag(
-        "--bake", arguments->settings.bake,
-        "one mesh a material of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
-        "variants");
+    command.add_flag("--bake", arguments->settings.bake,
+                     "merge objects that stand still into one mesh per material: larger files, but a much faster start "
+                     "in Mitsuba's llvm and cuda variants");
     command.add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
     cli::add_json_flag(command, arguments->json);
     return command;
@@ -248,11 +247,11 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     generate_command.add_flag("--list", generating->list, "list the scenes and their options");
     cli::add_json_flag(generate_command, generating->json);
     cli::CommandLine info_command =
-        app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
+        app.add_subcommand("info", "what a scene holds, its path, and the sizes that the error bound asks for");
     info_command.footer("Example:\n  equistream scene info scenes/pavilion.json");
     info_command
         .add_option("SCENE", informing->scene,
-                    "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
+                    "scene description (JSON), or a scene in Mitsuba's XML: lists what must change for Mitsuba 3")
         .required();
     cli::add_json_flag(info_command, informing->json);
     auto describing = std::make_shared<DescribeArguments>();

@@ -109,8 +109,8 @@ Certificate read_or_make_certificate(const std::filesystem::path& file) {
         throw InputError(expected_found(file.string(), "a private key and its certificate, as PEM without a password",
                                         "something else"));
     if (X509_cmp_current_time(X509_get0_notAfter(certificate.get())) < 0)
-        throw InputError(expected_found(
-            file.string(), "a certificate that is valid (one is made where there is no file)", "one that is over"));
+        throw InputError(expected_found(file.string(), "a certificate that has not expired",
+                                        "one that has; remove the file to have one made"));
     read.fingerprint = fingerprint_of(certificate.get());
     return read;
 }

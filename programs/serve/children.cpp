@@ -109,8 +109,7 @@ int status_at_end(pid_t child) {
 /// Null: it has done what it should. What a child fails for it has said itself.
 std::exception_ptr problem_of(const std::string& program, int status) {
     if (WIFSIGNALED(status))
-        return std::make_exception_ptr(
-            WorkError(program + ": was ended by signal " + std::to_string(WTERMSIG(status))));
+        return std::make_exception_ptr(WorkError(program + ": ended by signal " + std::to_string(WTERMSIG(status))));
     if (WEXITSTATUS(status) != 0)
         return std::make_exception_ptr(cli::ChildFailed{WEXITSTATUS(status)});
     return nullptr;
@@ -219,7 +218,7 @@ void RenderChild::hear(const std::string& line) {
 /// It has closed its output, and so is about to end.
 void RenderChild::hear_end() {
     const auto problem = problem_of(program_, status_at_end(std::exchange(process_, 0)));
-    events_.failed(problem ? problem : std::make_exception_ptr(WorkError(program_ + ": has ended by itself")));
+    events_.failed(problem ? problem : std::make_exception_ptr(WorkError(program_ + ": ended unexpectedly")));
 }
 
 /// It may go on for ever: whoever hears of it ends it.

@@ -42,7 +42,7 @@ std::string words_of(const std::exception_ptr& problem) {
     } catch (const std::exception& error) {
         return error.what();
     } catch (const cli::ChildFailed& failed) {  // it has said why
-        return "the renderer has ended with status " + std::to_string(failed.exit_code);
+        return "the renderer ended with status " + std::to_string(failed.exit_code);
     }
 }
 
@@ -100,7 +100,7 @@ private:
     void lose_renderer(std::exception_ptr problem) {
         if (is_ending_ || !is_ready_ || !restarts_.allows(Clock::now()))
             return end(problem);
-        note(words_of(problem) + "; it is started again");
+        note(words_of(problem) + "; restarting it");
         child_->end();
         asio::post(io_, [this] {  // not within its own call
             if (is_ending_)
@@ -241,13 +241,13 @@ private:
         said_coarser_ = is_coarser;
         rate_noted_ = Clock::now();
         if (!is_coarser)
-            return note(formatted("the stream is coded as asked for again, with CRF %g", asked_crf));
+            return note(formatted("the stream is back to CRF %g", asked_crf));
         const double limit_mbps = 1e-6 * rate_.limit_bps();
         const bool is_told = settings_.most_mbps && limit_mbps > 0.99 * *settings_.most_mbps;
-        const std::string why = is_told ? formatted("for --mbit %.3g", limit_mbps)
-                                        : formatted("the line of the viewer that %s carries %.3g Mbit/s:",
-                                                    stream_.steering() ? "steers" : "came first", limit_mbps);
-        note(why + formatted(" the stream is coded with CRF %.0f instead of %g", crf(), asked_crf));
+        const std::string why = is_told ? formatted("to stay within --mbit %.3g:", limit_mbps)
+                                        : formatted("the network to the viewer that %s takes %.3g Mbit/s:",
+                                                    stream_.steering() ? "moves the camera" : "came first", limit_mbps);
+        note(why + formatted(" CRF %.0f instead of %g", crf(), asked_crf));
     }
 
     double crf() const { return std::min(settings_.coding.crf + rate_.coarser(), double(worst_crf)); }
@@ -255,11 +255,11 @@ private:
     void tell(Pace::Change change, const Samples& before, double sphere_s) const {
         const std::string rate = formatted("--rate %g", settings_.spheres_per_s);
         if (change == Pace::Change::fewer)
-            note(formatted("a sphere takes %.2f s with %s: from here on %s, for %s", sphere_s,
+            note(formatted("a sphere takes %.2f s with %s: changing to %s, to keep up with %s", sphere_s,
                            samples_text(before).c_str(), samples_text(pace_.samples()).c_str(), rate.c_str()));
         else if (change == Pace::Change::cannot_keep_up)
-            note(
-                formatted("a sphere takes %.2f s even with 1 sample a pixel, too long for %s", sphere_s, rate.c_str()));
+            note(formatted("a sphere takes %.2f s even with 1 sample a pixel, too slow for %s: use a smaller --size",
+                           sphere_s, rate.c_str()));
     }
 
     void note(const std::string& text) const { log_note(settings_.server.log, text); }
@@ -367,24 +367,24 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--host", o.host, "Renderer").with_default().offers(cli::hosts);
     add("--size", o.size, "Of the spheres, WxH").with_default();
     add("--window", o.window,
-        "W x H degrees of a denser sphere, as render does, around the gaze of the viewer that steers "
-        "(of the first one while none does) and of those who look nearly there");
-    add("--density", o.density, "Columns of that denser sphere (default: four times the spheres')");
+        "WxH degrees of a denser sphere (render --window), around the gaze of the viewer that moves the camera, else "
+        "of the first viewer. Viewers who look nearly the same way count too");
+    add("--density", o.density, "Columns of that denser sphere (default: four times those of --size)");
     add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
     add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")
         .one_of(denoise_quality_names)
         .with_default();
-    add("--accumulate", o.accumulate, "Carry light on from sphere to sphere, as render does")
+    add("--accumulate", o.accumulate, "Average light over spheres, as render --accumulate does")
         .between(0u, 1000u)
         .with_default();
     add("--rate", s.spheres_per_s, "Spheres a second to keep up with; more where there is time").with_default();
     add("--path", o.path, "Path (CSV) of the head until a viewer moves, instead of the scene's");
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
     add("--depth", o.depth, "auto, or none: no track of depth").with_default().offers(std::array{"auto", "none"});
-    add("--crf", s.coding.crf, "Quality: 0 (best) to 51; coarser while the line carries less").with_default();
-    add("--mbit", s.most_mbps, "Megabits a second that the stream may take (default: what the line carries)");
+    add("--crf", s.coding.crf, "Quality: 0 (best) to 51; coarser while the network is too slow for it").with_default();
+    add("--mbit", s.most_mbps, "Most megabits a second of the stream (default: as many as the network takes)");
     add("--preset", s.coding.preset, "The encoder's, as in encode").with_default();
-    add("--out", s.coding.out, "File (.mkv) that gets the bytes of a viewer that is there from the beginning");
+    add("--out", s.coding.out, "File (.mkv) to write the stream to, as a viewer from the start receives it");
 }
 
 void require_live_options_unused(const cli::CommandLine& app, const std::string& source) {

@@ -73,7 +73,7 @@ public:
 
     Portion next(std::span<char> block, double elapsed_s) override {
         if (overrun_)
-            return {.problem = "it is too far behind"};
+            return {.problem = "the viewer is too far behind"};
         if (held_for_s_ > 0)
             return {.due_s = waiting_.empty() ? *last_sent_s_ : waiting_.front().due_s,
                     .again_s = elapsed_s + UnderWay::between_looks_s,

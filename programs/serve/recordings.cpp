@@ -22,14 +22,13 @@ public:
     Recording(const std::string& file, bool loop, const std::function<bool()>& interrupted)
         : times_(read_send_times(file, interrupted)), loop_(loop), file_(file) {
         if (loop && !times_.is_matroska)
-            throw InputError(expected_found(file, "Matroska for --loop, which can be read end to end again and again",
-                                            "another container"));
+            throw InputError(expected_found(file, "Matroska for --loop (encode --out NAME.mkv)", "another container"));
         if (!times_.is_matroska && file_.index_comes_last())
-            throw InputError(expected_found(file, "an MP4 whose index comes first (ffmpeg -movflags +faststart)",
-                                            "one with it at its end, which viewers cannot read as it comes"));
-        if (loop && !file_.hide_segment_size())
             throw InputError(
-                expected_found(file, "Matroska that begins with its segment, for --loop", "something else there"));
+                expected_found(file, "an MP4 whose index comes first (ffmpeg -movflags +faststart)",
+                               "one with its index at the end, which viewers cannot read while it arrives"));
+        if (loop && !file_.hide_segment_size())
+            throw InputError(expected_found(file, "Matroska that begins with its segment, for --loop", "other bytes"));
     }
 
     std::unique_ptr<Feed> open_feed() override;
@@ -186,7 +185,8 @@ public:
     std::unique_ptr<Feed> open_feed() override {
         auto feed = std::make_unique<TileFeed>(recording_);
         if (identity_of(recording_.file) != identity_)  // its bytes are due at other times
-            throw WorkError(expected_found(recording_.file, "the file that the server began with", "another"));
+            throw WorkError(expected_found(recording_.file, "the same file as when the server started",
+                                           "a changed one; restart serve"));
         return feed;
     }
 
@@ -203,7 +203,7 @@ std::unique_ptr<Programme> open_recording(const std::string& file, bool loop,
     if (!tiles)
         return std::make_unique<Recording>(file, loop, interrupted);
     if (loop)
-        throw InputError(expected_found("--loop: " + file, "a stream without tiles", "one of tiles"));
+        throw InputError(expected_found("--loop: " + file, "a stream without tiles", "one with tiles"));
     return std::make_unique<TiledRecording>(std::move(*tiles));
 }
 

@@ -49,7 +49,7 @@ void check(const Options& options) {
     cli::require(!options.listen.empty() || !options.web.empty(), "--listen", "tcp://HOST:PORT, or --web PORT",
                  "neither");
     cli::require(options.certificate.empty() || !options.web.empty(), "--certificate",
-                 "--web https://HOST:PORT beside it", "none");
+                 "--web https://HOST:PORT as well", "none");
     cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
     cli::require(server.per_address.value_or(1) >= 1, "--per-address", "at least 1",
                  std::to_string(server.per_address.value_or(1)));
@@ -58,7 +58,7 @@ void check(const Options& options) {
     cli::require(std::filesystem::is_regular_file(options.source) || std::filesystem::is_directory(options.source),
                  options.source, "a file or a folder", "something else");
     cli::require(options.more.empty() || is_scene(options.source) || std::filesystem::is_directory(options.source),
-                 options.source, "a folder, to encode with what follows --", "a file");
+                 options.source, "a folder or a scene, for the options after --", "a file");
 }
 
 /// For scripts that wait for it. `web`: where browsers go, or empty.
@@ -114,8 +114,8 @@ void report(const Options& options, const LiveFigures& figures) {
         return;
     }
     report(options, figures.server);
-    std::printf("%lld spheres, %.2f a second, at last with %s and CRF %.1f; %.2f Mbit/s; %lld poses heard\n"
-                "ms a sphere: render %.0f, hand over %.0f, encode %.0f; %.0f from its pose to its bytes\n",
+    std::printf("%lld spheres, %.2f a second, at last with %s and CRF %.1f; %.2f Mbit/s; %lld poses received\n"
+                "ms a sphere: render %.0f, write %.0f, encode %.0f; %.0f from its order to bytes that can be sent\n",
                 static_cast<long long>(figures.spheres), figures.spheres_per_s, samples_text(figures.samples).c_str(),
                 figures.crf, figures.coded_mbps, static_cast<long long>(figures.poses), 1e3 * figures.render_s,
                 1e3 * figures.write_s, 1e3 * figures.encode_s, 1e3 * figures.age_s);
@@ -123,9 +123,11 @@ void report(const Options& options, const LiveFigures& figures) {
 
 ServerAddress listen_address(const std::string& listen) {
     auto address = parse_server_address(listen);
-    cli::require(address.has_value(), "--listen",
-                 "tcp://HOST:PORT, tls://HOST:PORT or srt://HOST:PORT with a port of 0 to 65535",
-                 "'" + without_secrets(listen) + "'");
+    cli::require(
+        address.has_value(), "--listen",
+        "tcp://HOST:PORT, tls://HOST:PORT or srt://HOST:PORT, with a port of 0 to 65535 (after it, with srt://, "
+        "?parity=2 to 100 if wanted)",
+        "'" + without_secrets(listen) + "'");
     return *address;
 }
 
@@ -147,16 +149,16 @@ std::string secret_for(const ServerAddress& address, const std::string& file) {
 }
 
 const char* const needs_open =
-    "beyond this machine tls:// or srt://, or --open, by which everybody can watch and steer";
+    "tls:// or srt:// beyond this machine, or --open, which lets everybody watch and move the camera";
 
 /// Said with --progress none too: it is a warning.
 void say_who_can_come(cli::ProgressStyle log, const std::string& url, bool is_encrypted) {
     if (log == cli::ProgressStyle::none)
         log = cli::ProgressStyle::automatic;
-    log_note(log, is_encrypted ? "whoever knows the secret and reaches " + url +
-                                     " can watch, and steer a scene (docs/security.md)"
-                               : "whoever reaches " + url +
-                                     " can watch, and steer a scene: there is no secret and no encryption (--open, "
+    log_note(log, is_encrypted ? "anyone with the secret who can reach " + url +
+                                     " can watch, and move the camera of a scene (docs/security.md)"
+                               : "anyone who can reach " + url +
+                                     " can watch, and move the camera of a scene: no secret, no encryption (--open, "
                                      "docs/security.md)");
 }
 
@@ -174,7 +176,7 @@ WebSettings web_settings(Options& options) {
     const auto address = parse_server_address((has_host ? "tcp://" : "tcp://:") + place);
     cli::require(address.has_value(), "--web", "PORT, HOST:PORT or https://HOST:PORT",
                  "'" + without_secrets(options.web) + "'");
-    cli::require(has_tls || options.certificate.empty(), "--certificate", "--web https://HOST:PORT beside it",
+    cli::require(has_tls || options.certificate.empty(), "--certificate", "--web https://HOST:PORT as well",
                  options.web);
     const asio::ip::tcp::endpoint endpoint = resolve(*address, "--web");
     WebSettings settings{.address = endpoint.address().to_string(),
@@ -187,8 +189,8 @@ WebSettings web_settings(Options& options) {
         settings.certificate_pem = certificate.pem;
         options.fingerprint = certificate.fingerprint;
     } else if (!endpoint.address().is_loopback()) {
-        cli::require(options.open, "--web " + options.web,
-                     "https:// before it, or --open, by which everybody can watch", "neither");
+        cli::require(options.open, "--web " + options.web, "https:// before it, or --open, which lets everybody watch",
+                     "neither");
         say_who_can_come(options.live.settings.server.log, "the page of --web " + options.web, false);
     }
     return settings;
@@ -214,7 +216,7 @@ struct Entrance {
           stop(io, SIGINT, SIGTERM), address(door->address()) {
         const bool is_safe = is_encrypted(wanted.scheme);
         cli::require(needs_secret || options.secret_file.empty(), "--secret-file",
-                     "--listen tls:// or srt://, or --web https:// beside it", wanted.text());
+                     "--listen tls:// or srt://, or --web https://, as well", wanted.text());
         cli::require(is_safe || options.open || door->is_local(), "--listen " + wanted.text(), needs_open, "neither");
         is_new = wanted.secret.empty() && options.secret_file.empty() && std::getenv(secret_variable) == nullptr;
         if (is_safe && is_new)
@@ -253,7 +255,7 @@ std::unique_ptr<Programme> read_recording(const Options& options, const std::str
     std::error_code error;
     if (const std::uintmax_t bytes = std::filesystem::file_size(file, error); !error && bytes >= large_file_bytes)
         log_note(options.live.settings.server.log,
-                 "reading " + file + formatted(" (%.1f GB), to know when its bytes are due", double(bytes) / 1e9));
+                 "reading " + file + formatted(" (%.1f GB), to find the times of its frames", double(bytes) / 1e9));
     try {
         std::unique_ptr<Programme> recording = open_recording(file, options.loop, stopped);
         return stopped() ? nullptr : std::move(recording);
@@ -312,7 +314,7 @@ void run_live(const Options& options) {
             say_listening(options, entrance.address.text_with_secret(), entrance.web_text(options, web));
         });
     if (!settings.coding.out.empty() && figures.spheres == 0)
-        log_note(settings.server.log, "no sphere was rendered: " + settings.coding.out + " was not written");
+        log_note(settings.server.log, "no sphere was rendered, so " + settings.coding.out + " was not written");
     report(options, figures);
 }
 
@@ -323,37 +325,38 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
                    "or a scene (.json, or .xml of Mitsuba), which is rendered while it is watched")
         .required();
     app.add_option("MORE", options.more,
-                   "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
-                   "render about the scene");
-    app.add_option("--listen", options.listen,
-                   "tcp://HOST:PORT; tls://HOST:PORT for viewers that know a secret, encrypted; srt://HOST:PORT, the "
-                   "same over UDP, for networks that lose packets. Without a host this machine alone can connect "
-                   "(127.0.0.1), port 0 is one that is free. Required without --web");
+                   "After --: options of equistream encode for a folder, such as --depth auto, or of equistream render "
+                   "for a scene");
     app.add_option(
-        "--web", options.web,
-        "PORT or HOST:PORT of a page that shows the stream in a browser, or https://HOST:PORT, encrypted and "
-        "for those who know the secret; without a host this machine alone can open it");
-    app.add_option(
-        "--certificate", options.certificate,
-        "Of https://: a file (PEM) with a private key and its certificate; one that vouches for itself is made "
-        "where it is not there. Without it each start makes a new one");
-    app.add_option(
-        "--secret-file", options.secret_file,
-        "Of tls://, srt:// and https://: its first line is the secret; made where it is not there. Without it the "
-        "secret is EQUISTREAM_SECRET's, or a new one, which is said with the address");
+        "--listen", options.listen,
+        "tcp://HOST:PORT; tls://HOST:PORT, encrypted, for viewers with the secret; srt://HOST:PORT, the "
+        "same over UDP, for networks that lose packets; ?parity=N after it sends more parity (N from 2 to 100; "
+        "usually 10). Without a host only this machine can connect (127.0.0.1). Port 0: any free port. "
+        "Required without --web");
+    app.add_option("--web", options.web,
+                   "PORT or HOST:PORT of a page that shows the stream in a browser. https://HOST:PORT: encrypted, for "
+                   "viewers with the secret. Without a host only this machine can open it");
+    app.add_option("--certificate", options.certificate,
+                   "PEM file with the private key and certificate of https://. If the file is missing, a self-signed "
+                   "certificate is written to it. Without this option each start makes a new one");
+    app.add_option("--secret-file", options.secret_file,
+                   "File whose first line is the secret of tls://, srt:// and https://. If the file is missing, it is "
+                   "made. Without this option the variable EQUISTREAM_SECRET is used, or a new secret, which is "
+                   "printed with the address");
     app.add_flag("--open", options.open,
-                 "With tcp:// or --web HOST:PORT beyond this machine: everybody who reaches it can watch and steer");
-    cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
+                 "Allow tcp:// or --web HOST:PORT beyond this machine. Anybody who can connect may watch, and move the "
+                 "camera of a live scene");
+    cli::add_with_default(app, "--viewers", server.max_viewers, "Viewers at a time; more are refused");
     app.add_option("--per-address", server.per_address,
-                   "Of them from one address (default: 4, and any number from this machine)");
+                   "Viewers at a time from one address (default: 4, and any number from this machine)");
     cli::add_with_default(app, "--patience", server.patience_s,
-                          "Seconds after which a viewer that does not read, or stays as far behind, is dropped");
+                          "Seconds. A viewer that reads nothing for this long, or stays this far behind, is dropped");
     app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv without tiles only)");
     cli::add_json_flag(app, options.json)
         .description("Report as JSON on standard output: a line with the address, and one at the end");
     cli::add_progress_option(app, options.progress)
-        .description(
-            "Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing but who can come");
+        .description("Viewers that come and go, on standard error. auto: in words; json: a line of JSON each; none: "
+                     "nothing but who can connect");
     add_live_options(app, options.live);
     return [&options, &app] {
         LiveSettings& live = options.live.settings;

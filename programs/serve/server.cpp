@@ -25,7 +25,7 @@ constexpr std::chrono::seconds arriving_patience{10};
 constexpr int default_per_address = 4;
 
 std::string left_out_text(std::int64_t lines) {
-    return std::to_string(lines) + " lines of viewers were left out";
+    return std::to_string(lines) + " log lines about viewers were skipped";
 }
 
 void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json& json) {
@@ -95,14 +95,15 @@ void Server::retry_later(const asio::error_code& error) {
 
 std::string Server::refusal(const asio::ip::address& peer) const {
     if (viewers_.size() >= std::size_t(settings_.max_viewers))
-        return std::to_string(viewers_.size()) + " are here already (--viewers)";
+        return std::to_string(viewers_.size()) + " viewers are connected already (--viewers)";
     if (!settings_.per_address && peer.is_loopback())
         return {};
     const int most = settings_.per_address.value_or(default_per_address);
     const asio::ip::address from = counted_address(peer);
     const auto same =
         std::ranges::count_if(viewers_, [&](const auto& numbered) { return numbered.second.from == from; });
-    return same < most ? std::string() : std::to_string(same) + " from there are here already (--per-address)";
+    return same < most ? std::string()
+                       : std::to_string(same) + " viewers from there are connected already (--per-address)";
 }
 
 void Server::refuse(const std::string& address, const std::string& why) {
@@ -119,7 +120,7 @@ void Server::welcome(Door::Guest guest) {
         arrivals_, [&](const auto& other) { return counted_address(other->from) == counted_address(guest.address); });
     if (std::ssize(arrivals_) >= most_arriving ||
         (!guest.address.is_loopback() && from_there >= most_arriving_from_one))
-        return refuse(address, std::to_string(arrivals_.size()) + " are arriving already");
+        return refuse(address, std::to_string(arrivals_.size()) + " viewers are connecting already");
     arrive(std::make_shared<Arrival>(Arrival{std::move(guest.wire), asio::steady_timer(io_), guest.address, address}));
 }
 
@@ -135,7 +136,7 @@ void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
         if (arrivals_.erase(arrival) == 0)  // the server has ended meanwhile
             return;
         if (error)
-            return refuse(arrival->address, "it has not shown that it knows the secret (" + error.message() + ")");
+            return refuse(arrival->address, "it did not prove that it has the secret (" + error.message() + ")");
         let_in(*arrival);
     });
 }

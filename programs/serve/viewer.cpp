@@ -158,7 +158,7 @@ std::string Viewer::all_text() const {
 
 void Viewer::drop_idle() {
     if (has_all_)
-        leave("dropped", formatted("did not hang up for %g s after the end", patience_s_));
+        leave("dropped", formatted("did not disconnect for %g s after the end", patience_s_));
     else
         leave("dropped", formatted("did not read for %g s", patience_s_));
 }

@@ -280,24 +280,26 @@ private:
         const std::string target(view(request.target()));
         if (this_machine_alone_ && !is_own_name(host, settings_.address))
             return say(http::status::forbidden,
-                       "this server answers to localhost and to the address that it listens on\n", request);
+                       "expected localhost or the address that this server listens on, found another host name\n",
+                       request);
         if (websocket::is_upgrade(request)) {
             if (!is_own_page(origin, host))
-                return say(http::status::forbidden, "only the page of this server may have the stream\n", request);
+                return say(http::status::forbidden,
+                           "expected a request from this server's own page, found another origin\n", request);
             if (target != "/stream" && !target.starts_with("/stream?"))
-                return say(http::status::not_found, "the stream is /stream\n", request);
+                return say(http::status::not_found, "expected /stream, found another path\n", request);
             if (!settings_.secret.empty() && !is_same_secret(key_in(target), settings_.secret))
-                return say(http::status::forbidden, "the stream wants the key of the address that the server said\n",
-                           request);
+                return say(http::status::forbidden,
+                           "expected the key in the address that serve printed, found none or another\n", request);
             return accept_viewer(request);
         }
         if (request.method() != http::verb::get)
-            return say(http::status::method_not_allowed, "only GET is known here\n", request);
+            return say(http::status::method_not_allowed, "expected a GET request, found another method\n", request);
         if (target == "/")
             return lead_to_page(request);
         if (target == "/?live=stream" || target.starts_with("/?live=stream&"))
             return say(http::status::ok, settings_.page, request, "text/html; charset=utf-8");
-        say(http::status::not_found, "there is the page / alone\n", request);
+        say(http::status::not_found, "expected the page /, found another path\n", request);
     }
 
     static std::string_view view(boost::beast::string_view text) { return {text.data(), text.size()}; }

@@ -88,8 +88,8 @@ void WebDoor::Parts::listen() {
     if (!error)
         acceptor.listen(net::socket_base::max_listen_connections, error);
     if (error)
-        throw InputError(expected_found("--web " + std::to_string(settings.port),
-                                        "an address that is free and this machine's", error.message()));
+        throw InputError(expected_found("--web " + std::to_string(settings.port), "a free address of this machine",
+                                        error.message()));
 }
 
 void WebDoor::Parts::accept() {

@@ -37,15 +37,15 @@ def parser_of():
     parser = Parser(prog="equistream farm", usage="equistream farm [options] JOB ... [-- JOB ...]", description=__doc__.splitlines()[0],
                     epilog="example: equistream farm render a.json --frames 0-99 --out frames -- encode frames --out a.mp4")
     parser.add_argument("job", metavar="JOB", nargs=argparse.REMAINDER,
-                        help=f"the ordinary command line of {', '.join(jobs.COMMANDS)}; after --, others that need all before them; or status FOLDER: how far a farm is")
+                        help=f"the ordinary command line of {', '.join(jobs.COMMANDS)}; after --, more command lines, which wait for all before them; or status FOLDER: the progress of a farm")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("farm"), metavar="DIR",
-                        help="folder for scripts, logs and unfinished work, which all machines see (default: farm)")
-    parser.add_argument("--chunk", type=at_least(1, int), metavar="N", help="frames a task, where frames are not in parts (default: as many as take --minutes)")
-    parser.add_argument("--parts", type=at_least(1, int), metavar="N", help="parts of each frame, by tiles; a task renders one part of all frames (default: 1, or where a frame takes longer than --minutes, as many as make each task take that)")
-    parser.add_argument("--minutes", type=at_least(0.01, float), default=10.0, metavar="M", help="what a task is meant to take (default: 10)")
-    parser.add_argument("--frame-seconds", type=at_least(0, float), metavar="S", help="what a frame takes a machine (default: measured here, on the middle frame)")
-    parser.add_argument("--retries", type=at_least(0, int), default=2, metavar="N", help="how often a task goes on by itself after its program was killed or failed (default: 2)")
-    parser.add_argument("--measured", type=pathlib.Path, metavar="DIR", help="results that a study's times are told from (default: the repository's)")
+                        help="folder for scripts, logs and unfinished work, on a file system that all machines share (default: farm)")
+    parser.add_argument("--chunk", type=at_least(1, int), metavar="N", help="frames per task, unless frames are divided into parts (default: as many as take --minutes)")
+    parser.add_argument("--parts", type=at_least(1, int), metavar="N", help="parts that each frame is divided into, by tiles; a task renders one part of all frames (default: 1; if a frame takes longer than --minutes, as many as keep a task within that)")
+    parser.add_argument("--minutes", type=at_least(0.01, float), default=10.0, metavar="M", help="intended time of a task (default: 10)")
+    parser.add_argument("--frame-seconds", type=at_least(0, float), metavar="S", help="seconds that one machine takes to render a frame (default: measured here, on the middle frame)")
+    parser.add_argument("--retries", type=at_least(0, int), default=2, metavar="N", help="how often a task resumes after its program was killed or failed (default: 2)")
+    parser.add_argument("--measured", type=pathlib.Path, metavar="DIR", help="earlier results, from which the times of a study are estimated (default: the repository's)")
     add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     return parser

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The least a scene needs for a wanted accuracy, measured on the scene itself, as a settings file for render, encode, play and view.
+"""Finds the cheapest settings for a wanted accuracy, measured on the scene itself, and writes them as a settings file for render, encode, play and view.
 
     equistream fit SCENE.json --db N [--out FILE.ini]
     equistream fit SCENE.json --kb N [--out FILE.ini]      the highest accuracy within N thousand bytes a frame
@@ -81,19 +81,19 @@ def arguments():
     wanted.add_argument("--db", type=in_range(1, 80),
                         help="the accuracy wanted: whole error on linear values, both eyes together, in dB (docs/compare.md)")
     wanted.add_argument("--kb", type=in_range(0.1, 1e6), metavar="N",
-                        help="instead of --db: the highest accuracy within so many thousand bytes a frame, to a quarter of a dB; a model's bytes are shared out over the path")
+                        help="instead of --db: the highest accuracy within N thousand bytes a frame, to a quarter of a dB; a model's bytes are divided among the path's frames")
     parser.add_argument("--out", type=pathlib.Path, help="settings file to write; the client's model, if one is chosen, comes beside it; default: NAME-fit.ini")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views, which can be removed afterwards; default: NAME-fit")
-    parser.add_argument("--eye-size", type=size, default=(640, 360), metavar="WxH", help="of each eye's view (640x360): what is found holds for this many pixels")
-    parser.add_argument("--fov", type=in_range(1, 170), default=90.0, metavar="DEG", help="of each eye's view, horizontal (90)")
-    parser.add_argument("--frames", type=frames, metavar="A-B", help="that are measured; default: two in the middle of the path")
-    parser.add_argument("--truth-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="samples a pixel of both truths (64): more know the error better")
-    parser.add_argument("--most-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="the most samples a pixel of spheres that are tried (64)")
+    parser.add_argument("--eye-size", type=size, default=(640, 360), metavar="WxH", help="size of each eye's view in pixels, for which the settings are found (640x360)")
+    parser.add_argument("--fov", type=in_range(1, 170), default=90.0, metavar="DEG", help="horizontal field of view of each eye, degrees (90)")
+    parser.add_argument("--frames", type=frames, metavar="A-B", help="frames to measure; default: two in the middle of the path")
+    parser.add_argument("--truth-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="samples a pixel of both truths (64); more samples measure the error more precisely")
+    parser.add_argument("--most-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="samples a pixel of the spheres tried, at most (64)")
     parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
-                        help="the widest sphere tried, in 2 pi f columns (1.41)")
+                        help="the widest sphere tried, in units of 2 pi f columns, where f is the focal length in pixels (1.41)")
     parser.add_argument("--window", type=window, metavar="WxH",
-                        help="degrees: a window of them around the gaze, in a coarse sphere, is tried too, and taken where it has fewer bytes; auto: as large as the view and the head's fastest turn ask for")
+                        help="also try a window of this many degrees around the gaze, in a coarse sphere, and take it if it has fewer bytes; auto: large enough for the view and the head's fastest turn")
     add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     options = parse(parser, "fit")

@@ -74,9 +74,9 @@ void require_depth_for_method(const Arguments& arguments, const cli::CommandLine
                                  : app.is_given("--model") ? "--model " + arguments.model.string()
                                                            : "";
     cli::require(!engine.on_gpu || !engine.finds_depth || geometry.empty(), "--method " + method,
-                 "the stream alone (depth of geometry goes by --method eye-depth)", geometry);
+                 "no --scene or --model (--method eye-depth uses them)", geometry);
     cli::require(!engine.needs.eye || !geometry.empty(), "--method " + method,
-                 "--scene S or --model M, for the eyes' own depth (mesh and splat need none)", "neither");
+                 "--scene S or --model M, for the eyes' own depth (--method mesh needs neither)", "neither");
 }
 
 /// What was kept, unless the command line says otherwise.
@@ -125,8 +125,8 @@ void complete(Arguments& arguments, const cli::CommandLine& app) {
         settings.fov_deg = arguments.fov_deg;
     if (const auto& ipd_m = settings.ipd_m)
         cli::require(*ipd_m >= 0 && *ipd_m <= 1, "--ipd", "metres from 0 to 1", in_words(*ipd_m));
-    cli::require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= 1, "--carry", "0 to 1 s",
-                 in_words(settings.extrapolation_limit_s));
+    cli::require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= 1, "--extrapolate",
+                 "0 to 1 s", in_words(settings.extrapolation_limit_s));
     cli::require(settings.seconds >= 0, "--seconds", "0 or more", in_words(settings.seconds));
     if (const std::filesystem::path& scene = arguments.model.empty() ? arguments.scene : arguments.model;
         !scene.empty())
@@ -201,30 +201,30 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     add_shown_settings(app, *arguments);
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     cli::add_with_default(app, "--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees");
-    app.add_option(
-           "--truth", settings.truth,
-           "Folder of eyes of the same path, path-traced (render --camera perspective): x shows them on the right")
+    app.add_option("--truth", settings.truth,
+                   "Folder of path-traced views along the same path (render --camera perspective). Key x shows them on "
+                   "the right")
         .existing_folder();
     app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: what the frames are tagged with");
     arguments->hdr.add_to(app);
-    cli::add_with_default(app, "--decode", arguments->decode, "auto: by hardware where there is some").offers(decoders);
+    cli::add_with_default(app, "--decode", arguments->decode, "auto: by hardware where available").offers(decoders);
     cli::add_with_default(
         app, "--upload", arguments->upload,
         "How decoded pictures come to the GPU: mapped (it reads them where they were decoded to), copied, or "
         "auto (mapped, unless OpenGL runs on the CPU)")
         .offers(uploads);
+    cli::add_with_default(app, "--predict", arguments->predict,
+                          "Head prediction: auto (until the refresh is seen), off, or so many milliseconds ahead");
+    cli::add_former_name(app, "view", "--carry", "--extrapolate", settings.extrapolation_limit_s);
     cli::add_with_default(
-        app, "--predict", arguments->predict,
-        "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS");
-    cli::add_with_default(
-        app, "--carry", settings.extrapolation_limit_s,
-        "Where the stream says what moves: seconds by which that is carried on at most while its server is "
-        "late, so that it is where it is by now; 0: it stays where frames show it");
+        app, "--extrapolate", settings.extrapolation_limit_s,
+        "Seconds, at most, by which moving objects are extrapolated while frames are late. 0: they stay where frames "
+        "show them. The stream must hold their motion (encode --motion)");
     app.add_flag("--headset", settings.headset,
                  "Show it in a headset by OpenXR (the system's active runtime, or XR_RUNTIME_JSON); the window shows "
                  "what its left eye sees");
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
-    cli::add_with_default(app, "--seconds", settings.seconds, "End by itself after so long; 0: never");
+    cli::add_with_default(app, "--seconds", settings.seconds, "Quit after this many seconds; 0: never");
     cli::add_with_default(app, "--out", settings.out, "Folder for pictures, recordings and paths");
     app.add_flag("--no-config", arguments->no_config,
                  "Neither read nor write what is kept from one run to the next, in "

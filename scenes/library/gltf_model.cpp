@@ -84,7 +84,7 @@ glm::dmat4 local_transform(const tinygltf::Node& node, const std::string& where)
     }
     for (int i = 0; i < 16; ++i)
         if (!std::isfinite(static_cast<float>(m[i / 4][i % 4])))
-            throw InputError(expected_found(where, "a finite transform", "one that is not"));
+            throw InputError(expected_found(where, "a finite transform", "NaN or infinity in it"));
     return m;
 }
 

@@ -152,7 +152,7 @@ private:
 
     void add_position(const glm::vec3& p) {
         if (!is_position(p))
-            throw InputError(expected_found(where(), "coordinates from -1e9 to 1e9", "one beyond"));
+            throw InputError(expected_found(where(), "coordinates from -1e9 to 1e9", "one outside"));
         out_.positions.push_back(p);
     }
 
@@ -176,7 +176,7 @@ private:
                                                     " vertices so far (1 is the first, -1 the last)",
                                                 std::to_string(v)));
             if ((vt != 0 && corner.uv == no_index) || (vn != 0 && corner.normal == no_index))
-                notes_.add(where(), "a vt or vn that is not there: left out");
+                notes_.add(where(), "a vt or vn that does not exist: left out");
             // A corner that is repeated makes no area, but would hide the polygon's ears.
             if (corners_.empty() || corners_.back().position != corner.position)
                 corners_.push_back(corner);

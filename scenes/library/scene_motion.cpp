@@ -212,9 +212,9 @@ PosePath::PosePath(std::vector<Key> keys, const std::string& where) : keys_(std:
         Key& key = keys_[i];
         const std::string which = where + ", key " + std::to_string(i + 1);
         if (!finite(key))
-            throw InputError(expected_found(which, "finite numbers", "one that is not"));
+            throw InputError(expected_found(which, "finite numbers", "NaN or infinity"));
         if (!is_position(key.pose.position_m))
-            throw InputError(expected_found(which, "coordinates from -1e9 to 1e9 metres", "one beyond"));
+            throw InputError(expected_found(which, "coordinates from -1e9 to 1e9 metres", "one outside"));
         if (i > 0 && !(key.time_s > keys_[i - 1].time_s))
             throw InputError(expected_found(which, "a time after " + std::to_string(keys_[i - 1].time_s) + " s",
                                             std::to_string(key.time_s) + " s"));

@@ -80,7 +80,7 @@ AssetFolder::AssetFolder(const fs::path& scene_file, bool overwrite) : folder_(f
         throw InputError(expected_found(scene_file.string(), "a folder to write to", "none at " + parent.string()));
     for (const fs::path& there : {scene_file, folder_})
         if (!overwrite && fs::exists(fs::symlink_status(there, error)))
-            throw InputError(expected_found(there.string(), "nothing there, or --overwrite", "one"));
+            throw InputError(expected_found(there.string(), "no earlier output, or --overwrite", "one"));
     if (fs::exists(folder_, error))
         require_ours(folder_);
     aside_ = parent / ("." + folder_.filename().string() + ".aside");

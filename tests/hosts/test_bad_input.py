@@ -42,8 +42,8 @@ def integrator(**properties):
     (dict(nested={"type": "ptracer"}), 'nested: expected a sampling integrator such as "path", found ParticleTracer'),
     (dict(nested={"type": "diffuse"}), 'nested: expected a sampling integrator such as "path", found SmoothDiffuse'),
     (dict(other={"type": "direct"}), "expected one nested integrator, found two"),
-    (dict(timeout=1.0), "equirect_aov: timeout: expected with the nested integrator, found here"),
-    (dict(samples_per_pass=1), "equirect_aov: samples_per_pass: expected with the nested integrator, found here"),
+    (dict(timeout=1.0), "equirect_aov: timeout: expected in the nested integrator, found in equirect_aov"),
+    (dict(samples_per_pass=1), "equirect_aov: samples_per_pass: expected in the nested integrator, found in equirect_aov"),
     (dict(depht="x"), "depht"),
 ])
 def test_integrators_properties(variant, properties, line):

@@ -141,7 +141,7 @@ def test_a_frame_is_a_source_too(eyes):
 
 
 def test_an_argument_that_is_gone_says_so():
-    with pytest.warns(DeprecationWarning, match="reference is gone"):
+    with pytest.warns(DeprecationWarning, match="the argument reference has no effect"):
         es.Reprojector(reference=True)
 
 

@@ -1,4 +1,4 @@
-"""Depth functions: distances by whoever knows the scene, of cameras and of the patches that a stream sends without theirs."""
+"""Depth functions: distances from code that knows the scene, for cameras and for patches that a stream sends without depth."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .cameras import Camera
 DepthFunction = Callable[[Camera, Pose], ArrayLike]
 """Gives the distance in metres from a camera at a pose to what each pixel-centre ray hits, +inf for a miss.
 
-One with a method `cast_patches(info)` gives those of an atlas of patches too, rows x columns of `info.patches`: SceneDepth, or an
-object of your own that casts `patch_rays(info)`. What it says of pixels that nobody uses means nothing, but must be a distance.
+One with a method `cast_patches(info)` also gives the distances of an atlas of patches, rows x columns of `info.patches`: SceneDepth, or an
+object of your own that casts `patch_rays(info)`. Unused pixels may have any value that is a distance.
 """
 
 
@@ -29,7 +29,7 @@ class PatchRays:
     directions: NDArray[np.float64]
     """Unit, rows x columns x 3."""
     used: NDArray[np.bool_]
-    """Which pixels somebody uses; what the others look at means nothing."""
+    """Which pixels are used; the rays of the others mean nothing."""
 
 
 def atlas_of(info: FrameInfo, where: str) -> PatchAtlas:
@@ -50,7 +50,7 @@ def patch_rays(info: FrameInfo) -> PatchRays:
 class SceneDepth:
     """A depth function that answers for any camera anywhere in the scene, and so for patches too.
 
-    `SceneDepth(depth)` takes a plain one and asks it for the whole sphere around each of the places that an atlas' patches are seen from.
+    `SceneDepth(depth)` wraps a plain depth function. For patches it calls that for a whole sphere at each position of the atlas.
     """
 
     def __init__(self, depth: DepthFunction) -> None:
@@ -60,7 +60,7 @@ class SceneDepth:
         return self._depth(camera, pose)
 
     def cast_patches(self, info: FrameInfo) -> NDArray[np.float32]:
-        """Distances of an atlas, rows x columns; +inf where nobody looks."""
+        """Distances of an atlas, rows x columns; +inf in unused pixels."""
         atlas = atlas_of(info, "cast_patches")
         sphere = atlas.sphere
         number, column, row = np.moveaxis(atlas.samples(), 2, 0)
@@ -76,7 +76,7 @@ class SceneDepth:
 
 
 class ExactDepth:
-    """Depth planes that came with pictures, for whoever asks for that very view."""
+    """Depth planes that came with pictures, each for exactly its own view."""
 
     def __init__(self, planes: Iterable[tuple[Camera, Pose, Optional[NDArray[np.float32]]]]) -> None:
         self._planes = list(planes)
@@ -90,7 +90,7 @@ class ExactDepth:
     def __call__(self, camera: Camera, pose: Pose) -> NDArray[np.float32]:
         depth_m = self.find(camera, pose)
         if depth_m is None:
-            raise InputError(f"depth: expected a rendered depth plane of this very view ({camera!r} at {pose!r}), or a function that gives one, found neither")
+            raise InputError(f"depth: expected a rendered depth plane of exactly this view ({camera!r} at {pose!r}), or depth=FUNCTION, found neither")
         return depth_m
 
 

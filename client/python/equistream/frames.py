@@ -100,7 +100,7 @@ def checked_planes(frame: Frame) -> list[tuple[str, NDArray[Any]]]:
 def write_frame(file: PathLike, frame: Frame, *, single_part: bool = False) -> int:
     """Writes a frame to an EXR file, whole or not at all. Returns how many colour pixels were not finite.
 
-    `single_part` writes one part with depth besides as plain Z, for programs that know no more.
+    `single_part` writes one part with depth besides as plain Z, for programs that read only these.
     """
     if not isinstance(frame, Frame):
         raise InputError(f"write_frame: expected a Frame, found {type(frame).__name__}")
@@ -196,7 +196,7 @@ class SequenceWriter:
         self._writer.write(frame.info, planes)
 
     def close(self) -> None:
-        """Lets go of the folder; other writers may have it."""
+        """Releases the folder for other writers."""
         if self._writer is not None:
             self._writer.close()
         self._closed = True

@@ -163,7 +163,7 @@ class Renderer:
 
     @property
     def host(self) -> str:
-        """What its frames say of who rendered them."""
+        """Name and version of the renderer, as frames hold it."""
         return f"mitsuba {mi.__version__} {mi.variant()}"
 
     def _place(self, pose: Pose, previous: Pose, following: Pose) -> None:
@@ -301,7 +301,7 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
 def depth_source(scene: Any, *, near_clip: Optional[float] = None, far_clip: Optional[float] = None, hide_emitters: bool = False) -> SceneDepth:
     """Distances by Mitsuba's own rays, of patches too, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser.
 
-    What was cut away or hidden when the frames were rendered is to be given here too.
+    Give the same near_clip, far_clip and hide_emitters as when the frames were rendered.
     """
     _require_variant()
     renderers: dict[Camera, Renderer] = {}

@@ -27,19 +27,19 @@ FILL_PASSES: tuple[str, ...] = _core.FILL_PASSES
 """The passes of the fill chain, in the order in which they are best run."""
 
 DEFAULT_FILL: str = _core.DEFAULT_FILL
-"""What `play` does unless told otherwise: of FILL_PASSES those that show what is truly there, then push-pull (docs/decisions/0004)."""
+"""The default of `play`: the FILL_PASSES that show rendered surfaces, then push-pull (docs/decisions/0004)."""
 
 MIRRORS: tuple[str, ...] = _core.MIRRORS
 """What Reprojector can do with mirrors and glass."""
 
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull", "base")
-"""By the values of EyePicture.origin: who gave a pixel its colour."""
+"""Names of the values of EyePicture.origin: where a pixel's colour came from."""
 
 RISKS: tuple[str, ...] = tuple(_core.RISKS)
 """What makes a pixel less reliable, in the order of EyePicture.risks' channels."""
 
 RISK_GROUPS: tuple[str, ...] = tuple(_core.RISK_GROUPS)
-"""Whose weights a pixel's risks take, by the values of EyePicture.risk_groups."""
+"""Names of the values of EyePicture.risk_groups: which weights apply to a pixel's risks."""
 
 RELIABILITY_TOLERANCE = _core.RELIABILITY_TOLERANCE
 """Of 255: a pixel is good if no channel differs from the true eye's by more."""
@@ -52,7 +52,7 @@ class EyePicture:
     rgba: NDArray[np.uint8]
     """Display-referred sRGB, rows x columns x 4; alpha is 255 where there is colour, all are 0 where nothing is known."""
     origin: NDArray[np.uint8]
-    """Who gave each pixel its colour: index into ORIGINS."""
+    """Where each pixel's colour came from: index into ORIGINS."""
     gaps: NDArray[np.bool_]
     """What the source did not see, and what its mirrors and glass do not show this eye, before any fill."""
     filled: dict[str, int]
@@ -119,7 +119,7 @@ def _view(picture: Any, where: str) -> _View:
     else:
         raise InputError(f"{where}: expected a Frame, Picture, FeedPicture or FeedFrame, found {type(picture).__name__}")
     if info is None:
-        raise InputError(f"{where}: expected a picture tagged with its pose, found one of ordinary video (open_feed takes it for a sphere)")
+        raise InputError(f"{where}: expected a picture tagged with its pose, found ordinary video (open_feed reads it as a sphere)")
     if rgb is None and yuv is None:
         raise InputError(f"{where}: expected a picture with colour, found none")
     size = (info.camera.width, info.camera.height)
@@ -192,7 +192,7 @@ class Reprojector:
     def __init__(self, method: str = "eye-depth", *, fill: str = DEFAULT_FILL, error_budget_px: Optional[float] = None, mirrors: str = "images",
                  reference: Optional[bool] = None) -> None:
         if reference is not None:
-            warnings.warn("Reprojector: reference is gone and changes nothing", DeprecationWarning, stacklevel=2)
+            warnings.warn("Reprojector: the argument reference has no effect any more", DeprecationWarning, stacklevel=2)
         if error_budget_px is not None and not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
         given, method = method, _core.method_of_today(method)
@@ -202,7 +202,7 @@ class Reprojector:
         self.method, self.fill, self.mirrors = method, fill, mirrors
 
     def needs_depth(self, source: Pose, eye: Pose) -> DepthNeeds:
-        """Whose depth is needed: `.source`'s, this `.eye`'s; true if anybody's."""
+        """Which depth is needed: that of the `.source`, that of this `.eye`; true if any."""
         return self._core.needs_depth(source, eye)
 
     def __call__(self, source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
@@ -213,11 +213,11 @@ class Reprojector:
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
         used, for exactly the views they belong to. `small` is a second picture for the passes that start with that name (a FeedFrame brings its own, and
         its second layer, patches and the base around a window). Of a FeedFrame with a picture for each eye the one is taken that was seen from nearer
-        to this eye; of one that is not posed `main`, so give `frame.right` itself for the right eye. Patches that came without their depth are cast by `depth.cast_patches` where there is such a
-        thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
+        to this eye; of one that is not posed `main`, so give `frame.right` itself for the right eye. Patches that came without depth are cast by `depth.cast_patches` if
+        there is such a method (SceneDepth, `equistream.mitsuba.depth_source`); with a plain function they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps one.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
-        unless given, the source's own if its own depth is used, else 0. How visibly off the colours are `source.info` says: `visible_loss`, or what
+        unless given, the source's own if its own depth is used, else 0. The visible error of the colours is taken from `source.info`: `visible_loss`, or what
         is usual at its `crf`. A Frame that says neither is measured by its planes `reference` and
         `reference_repeat`, if it has them.
         """

@@ -108,7 +108,7 @@ class FeedFrame:
 
     `right` is the right eye's picture, of video with both eyes in each; `main` is the left one's. `base` is the coarse sphere around `main`, where that is a window; `small` is the second eye, `hidden` the surfaces behind the main picture's, `patches` the atlas of what the head box uncovers.
 
-    `posed` is False for foreign video, which is taken for a full sphere around nobody's head.
+    `posed` is False for ordinary video: it is read as a full sphere without a pose.
     """
 
     main: FeedPicture

@@ -129,13 +129,13 @@ void bind_frame_info(nb::module_& m) {
     number("head_radius_m", &FrameInfo::head_radius_m, {0, 1000},
            "Head box: a ball of this radius around every path point.");
     number("exposure", &FrameInfo::exposure, {1e-12, 1e12}, "Factor on radiance before the display transform.");
-    info.def_rw("seed", &FrameInfo::seed, "Of the renderer's random numbers.")
-        .def_rw("samples_per_pixel", &FrameInfo::samples_per_pixel, "Of colour.");
+    info.def_rw("seed", &FrameInfo::seed, "Seed of the renderer's random numbers.")
+        .def_rw("samples_per_pixel", &FrameInfo::samples_per_pixel, "Samples per pixel of colour.");
     text("scene", &FrameInfo::scene, "The scene's name.");
     text("host", &FrameInfo::host, "The renderer's name and version.");
     text("geometry_fingerprint", &FrameInfo::geometry_fingerprint,
-         "Names the geometry that was rendered; empty: not said.");
-    text("denoiser", &FrameInfo::denoiser, "What took the noise out of colour; empty: as rendered.");
+         "Identifies the geometry that was rendered; empty: not known.");
+    text("denoiser", &FrameInfo::denoiser, "The denoiser of colour; empty: not denoised.");
     info.def_prop_ro(
             "packing", [](const FrameInfo& i) { return packing_names[static_cast<int>(i.packing)]; },
             "How both eyes lie in the picture of a stream: 'none', 'sbs' or 'top-bottom'.")
@@ -144,7 +144,8 @@ void bind_frame_info(nb::module_& m) {
             "Radius of the ball around the camera that both eyes of the head box stay in.")
         .def_prop_ro(
             "depth_tolerance_w", [](const FrameInfo& i) { return depth_tolerance_w(i.depth_code); },
-            "What the code of the depth that came with a picture may put it off by, in w; 0: it is the renderer's own.")
+            "How far the depth code may shift the received depth, in w (docs/conventions.md); 0: the renderer's own "
+            "depth.")
         .def_prop_rw(
             "crf", [](const FrameInfo& i) { return i.crf; },
             [](FrameInfo& i, std::optional<double> v) {
@@ -154,8 +155,8 @@ void bind_frame_info(nb::module_& m) {
                 i.crf = v ? std::optional(float(*v)) : std::nullopt;
             },
             nb::for_setter(nb::arg("value").none()),
-            "Quality that the picture's track of a stream was coded at, 0 (best) to 51; None: not coded, without loss, "
-            "or not said.")
+            "Quality (CRF) at which the picture's track was coded, 0 (best) to 51; None: not coded, lossless or not "
+            "known.")
         .def_prop_rw(
             "visible_loss",
             [](const FrameInfo& i) {
@@ -165,18 +166,16 @@ void bind_frame_info(nb::module_& m) {
                 i.visible_loss = v ? std::optional(visible_loss(*v)) : std::nullopt;
             },
             nb::for_setter(nb::arg("value").none()),
-            "How visibly off the colours are, as the encoder measured it: shares of pixels that are off by more than "
-            "RELIABILITY_TOLERANCE, where the decoded picture's texture is CODING_TEXTURES; None: nobody said.")
-        .def_ro(
-            "moving", &FrameInfo::moving, nb::rv_policy::copy,
-            "List of MovingRegion: what of a stream's main picture moves by itself; empty: nothing, or nobody said.")
+            "Visible error of the colours, as the encoder measured it: for each of CODING_TEXTURES, the share of "
+            "pixels whose error exceeds RELIABILITY_TOLERANCE. None: not measured.")
+        .def_ro("moving", &FrameInfo::moving, nb::rv_policy::copy,
+                "List of MovingRegion: the moving objects in a stream's main picture; empty: none, or not known.")
         .def_ro("patches", &FrameInfo::patches, nb::rv_policy::copy,
-                "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
-                "else None.")
+                "PatchAtlas of a picture of patches, whose pose is that of the main sphere; else None.")
         .def("__repr__", &repr);
     nb::class_<VisibleLossMeter>(m, "VisibleLossMeter",
-                                 "How visibly off pictures are, by the texture around their pixels; pictures are "
-                                 "display-referred 8-bit.")
+                                 "Measures the visible error of pictures by the texture around their pixels. Pictures "
+                                 "are display-referred, 8 bits.")
         .def(nb::init<>())
         .def(
             "add",
@@ -197,13 +196,13 @@ void bind_frame_info(nb::module_& m) {
                 meter.add_reference(view_of(shown), view_of(reference), view_of(repeat));
             },
             nb::arg("shown"), nb::arg("reference"), nb::arg("repeat"),
-            "What is shown; RGBA of the same size: what it should be, where A is not 0; and that once more with noise "
-            "of its own.")
+            "The picture shown; its reference, RGBA of the same size, valid where A is not 0; and the reference again "
+            "with independent noise.")
         .def(
             "loss", [](const VisibleLossMeter& meter) { return shares_of(meter.loss()); },
-            "Shares of pixels that are off by more than RELIABILITY_TOLERANCE, where the texture is CODING_TEXTURES: "
-            "by references; of textures that too few of them show, no less than coding took. Without any what coding "
-            "took.");
+            "For each of CODING_TEXTURES, the share of pixels whose error exceeds RELIABILITY_TOLERANCE. Measured by "
+            "the references; where these are too few, at least the share that coding caused. Without references, the "
+            "share that coding caused.");
     m.attr("CODING_TEXTURES") = nb::cast(VisibleLoss::textures);
     m.def(
         "eye_pose",
@@ -216,7 +215,7 @@ void bind_frame_info(nb::module_& m) {
         },
         nb::arg("camera"), nb::arg("head"), nb::arg("eye") = "centre", nb::arg("ipd_m") = default_ipd_m,
         nb::arg("lock") = "world",
-        "The pose a camera has for a head: at the eye; turned with the head, unless it is a world-locked sphere.");
+        "The camera's pose for a head: at the eye, and turned with the head unless it is a world-locked sphere.");
 }
 
 namespace {
@@ -258,21 +257,18 @@ nb::object samples_of(const PatchAtlas& atlas) {
 
 void bind_patches(nb::module_& m) {
     nb::class_<PatchAtlas>(m, "PatchAtlas",
-                           "Which rays the pixels of an atlas of patches show: `width` x `height` pixels, each of one "
-                           "of the `sphere`s that "
-                           "stand at `offsets_m`. Immutable; docs/conventions.md has the whole of it.")
+                           "The rays that the pixels of an atlas of patches show: `width` x `height` pixels, each of "
+                           "one of the `sphere`s at `offsets_m`. Immutable. Format: docs/stream-format.md.")
         .def_prop_ro("width", &PatchAtlas::width, "Columns of the atlas' picture.")
         .def_prop_ro("height", &PatchAtlas::height, "Rows of the atlas' picture.")
-        .def_ro("block_side", &PatchAtlas::block_side, "Pixels that a patch is wide and high.")
+        .def_ro("block_side", &PatchAtlas::block_side, "Side of a patch, in pixels.")
         .def_prop_ro(
-            "sphere", [](const PatchAtlas& atlas) { return sound(atlas).sphere(); },
-            "The image of each of the spheres.")
+            "sphere", [](const PatchAtlas& atlas) { return sound(atlas).sphere(); }, "The camera of each sphere.")
         .def_prop_ro("offsets_m", &offsets_of, nb::sig("def offsets_m(self) -> numpy.typing.NDArray[numpy.float64]"),
-                     "The spheres' places, rows of x, y, z from the main sphere's and in its camera's axes.")
+                     "Positions of the spheres, rows of x, y, z: relative to the main sphere, in its camera's axes.")
         .def("samples", &samples_of, nb::sig("def samples(self) -> numpy.typing.NDArray[numpy.int32]"),
-             "Of each pixel (rows x columns x 3) the sphere's number, -1 where nobody uses it, and column and row "
-             "there: "
-             "of blocks at the right and lower border these may be beyond the sphere's own.")
+             "For each pixel (rows x columns x 3) the sphere's number, -1 where unused, and the column and row there. "
+             "In blocks at the right and lower border these may lie outside the sphere.")
         .def("__repr__", [](const PatchAtlas& atlas) {
             return formatted("PatchAtlas(%s, %zu patches of %d pixels a side, %zu spheres)",
                              size_text(atlas.width(), atlas.height()).c_str(), atlas.used_slots(), atlas.block_side,
@@ -319,24 +315,24 @@ void bind_motion(nb::module_& m) {
                              "along the world's axes, points from the picture's camera. Immutable.")
         .def_prop_ro(
             "velocity_m_s", [](const MovingRegion& r) { return triple(r.motion.twist.velocity_m_s); },
-            "v of its twist: a point at p has the velocity v + w x p.")
+            "v of the twist: a point at p has the velocity v + w x p.")
         .def_prop_ro(
             "angular_rad_s", [](const MovingRegion& r) { return triple(r.motion.twist.angular_rad_s); },
-            "w of its twist.")
+            "w of the twist.")
         .def_prop_ro(
             "velocity_per_second", [](const MovingRegion& r) { return triple(r.motion.twist_per_second.velocity_m_s); },
-            "By how much v changes.")
+            "Rate of change of v.")
         .def_prop_ro(
             "angular_per_second", [](const MovingRegion& r) { return triple(r.motion.twist_per_second.angular_rad_s); },
-            "By how much w changes.")
-        .def_ro("near_m", &MovingRegion::near_m, "Distance of the nearest of its surface from the camera.")
-        .def_ro("far_m", &MovingRegion::far_m, "Of the farthest.")
-        .def_prop_ro("pixels", &MovingRegion::pixels, "How many show it.")
+            "Rate of change of w.")
+        .def_ro("near_m", &MovingRegion::near_m, "Distance from the camera to its nearest surface point.")
+        .def_ro("far_m", &MovingRegion::far_m, "Distance to the farthest.")
+        .def_prop_ro("pixels", &MovingRegion::pixels, "Number of pixels that show it.")
         .def("mask", &mask_of, nb::arg("width"), nb::arg("height"),
              nb::sig("def mask(self, width: int, height: int) -> numpy.typing.NDArray[numpy.uint8]"),
-             "1 where a picture of that size, its own, shows it.")
+             "1 where the picture shows it; the size must be that of the picture.")
         .def("movement", &movement_of, nb::arg("seconds"),
-             "Where its points have moved to after so many seconds: the rows of a 3 x 4 matrix, which takes p, 1.")
+             "Its motion over so many seconds: a 3 x 4 matrix that maps (p, 1) to the new position.")
         .def("__repr__", [](const MovingRegion& r) {
             return formatted("MovingRegion(%lld pixels, %g to %g m away)", static_cast<long long>(r.pixels()),
                              double(r.near_m), double(r.far_m));

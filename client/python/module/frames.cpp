@@ -99,7 +99,7 @@ public:
 private:
     SequenceWriter& open() const {
         if (!writer_)
-            throw InputError(expected_found("SequenceWriter", "an open one", "one that was closed"));
+            throw InputError(expected_found("SequenceWriter", "an open writer", "one that was closed"));
         return *writer_;
     }
     Waiting waiting_{"SequenceWriter"};

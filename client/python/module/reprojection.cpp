@@ -256,8 +256,9 @@ void bind_reprojection(nb::module_& m) {
                            int(d.shape(0)) == atlas.height();
                 };
                 if (!info.patches || patch_atlas_problem(*info.patches) || !fits(*info.patches, colours, depth_m))
-                    throw InputError(expected_found("patches", "an atlas, and a picture and depth of its size",
-                                                    info.patches ? "others" : "no atlas"));
+                    throw InputError(expected_found(
+                        "patches", "an atlas, and a picture and depth of its size",
+                        info.patches ? "a picture or depth of another size, or a damaged atlas" : "no atlas"));
                 new (self) Patches{colours, std::move(depth_m), info, box_radius_m};
             },
             nb::arg("colours"), nb::arg("depth_m"), nb::arg("info"), nb::arg("box_radius_m"));
@@ -266,7 +267,7 @@ void bind_reprojection(nb::module_& m) {
                       std::vector<Source>>(),
              nb::arg("base").none(), nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(),
              nb::arg("earlier"));
-    nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
+    nb::class_<Assess>(m, "Assess", "What to estimate besides colours.")
         .def(
             "__init__",
             [](Assess* self, bool reliability, bool risks, double depth_tolerance_w, const FrameInfo& info,
@@ -276,10 +277,10 @@ void bind_reprojection(nb::module_& m) {
             },
             nb::arg("reliability"), nb::arg("risks"), nb::arg("depth_tolerance_w"), nb::arg("info"),
             nb::arg("measured").none());
-    nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
+    nb::class_<DepthNeeds>(m, "DepthNeeds", "Which depth a reprojection needs.")
         .def_ro("source", &DepthNeeds::source)
         .def_ro("eye", &DepthNeeds::eye)
-        .def("__bool__", &DepthNeeds::any, "Whether anybody's.")
+        .def("__bool__", &DepthNeeds::any, "Whether it needs any.")
         .def("__repr__", [](const DepthNeeds& needs) {
             const auto word = [](bool value) { return std::string(value ? "True" : "False"); };
             return "DepthNeeds(source=" + word(needs.source) + ", eye=" + word(needs.eye) + ")";

@@ -165,7 +165,7 @@ void Face::build_loading() {
     ImGui::SetNextWindowBgAlpha(0);
     ImGui::Begin("loading", nullptr, plain_window);
     ImGui::PushTextWrapPos(0.9f * window.x);
-    text(content_.loading.empty() ? "Drop a stream, a 360 video or a folder of frames here (or press ctrl o)"
+    text(content_.loading.empty() ? "Drop a stream, a 360 video or a folder of frames here (or press Ctrl+O)"
                                   : "loading " + content_.loading);
     ImGui::PopTextWrapPos();
     ImGui::End();
@@ -271,7 +271,7 @@ void Face::build_help(const Room& room) {
         ImGui::PopTextWrapPos();
     }
     if (page > 1)
-        ImGui::TextColored(heading_colour, "page %d of %d (h: on)", help_page_, page);
+        ImGui::TextColored(heading_colour, "page %d of %d (h: next)", help_page_, page);
     ImGui::End();
     if (help_page_ > page)
         help_page_ = 0;

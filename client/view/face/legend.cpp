@@ -54,7 +54,7 @@ void build_depth() {
                       mark.c_str());
     }
     ImGui::Dummy({0, 1.2f * line});
-    text("dark: nothing is hit");
+    text("dark: no surface");
 }
 
 void build_reliability() {
@@ -81,8 +81,9 @@ void build_gaps() {
 }
 
 void build_motion(const FaceContent& content) {
-    text(content.knows_motion ? formatted("moves that way; %.0f degrees a second at the rim", gl::full_motion_deg_per_s)
-                              : "nothing is said to move");
+    text(content.knows_motion
+             ? formatted("direction and speed; %.0f degrees a second at the rim", gl::full_motion_deg_per_s)
+             : "no object motion in the stream");
 }
 
 bool has_legend(const FaceContent& content) {

@@ -52,7 +52,7 @@ void Face::build_file_menu() {
         ImGui::EndMenu();
     }
     ImGui::Separator();
-    build_action(Action::picture, "Keep picture");
+    build_action(Action::picture, "Save picture");
     build_action(Action::record_view, "Record the view", content_.records_view);
     build_action(Action::record_head, "Record the head's path", content_.records_head);
     ImGui::Separator();
@@ -70,7 +70,7 @@ void Face::build_menu_bar() {
         build_settings_menu(SettingMenu::view);
         ImGui::Separator();
         build_action(Action::split, "Split the window");
-        build_action(Action::centre, "Back to the middle");
+        build_action(Action::centre, "Centre the head");
         build_action(Action::fullscreen, "Full screen");
         ImGui::EndMenu();
     }
@@ -80,8 +80,8 @@ void Face::build_menu_bar() {
     }
     if (ImGui::BeginMenu("Time")) {
         build_action(Action::play_pause, content_.is_paused ? "Play" : "Pause");
-        build_action(Action::frame_back, "A frame back");
-        build_action(Action::frame_on, "A frame on");
+        build_action(Action::frame_back, "Previous frame");
+        build_action(Action::frame_on, "Next frame");
         build_action(Action::to_start, "To the start");
         ImGui::Separator();
         build_settings_menu(SettingMenu::time);

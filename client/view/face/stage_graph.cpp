@@ -58,7 +58,7 @@ void StageGraph::build(float top, float right, const std::string& decoder) const
         }
     }
     const gl::StageTimes::Row& last = rows_[newest_];
-    ImGui::Text("%.1f ms of %.1f ms a refresh; the graph is %.1f ms high", sum(last), refreshes_ms_[newest_], max_ms);
+    ImGui::Text("%.1f of %.1f ms a refresh; graph height %.1f ms", sum(last), refreshes_ms_[newest_], max_ms);
     for (std::size_t stage = 0; stage < last.size(); ++stage) {
         ImGui::TextColored(ImColor(stage_colours[stage]), "%s", gl::render_stage_names[stage].data());
         ImGui::SameLine(values_from * line);

@@ -281,7 +281,7 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     times.mark(RenderStage::depth);
     if (is_extrapolated_)
         extrapolator_.extrapolate(source(), specular_[current_], extrapolation_s_);
-    times.mark(RenderStage::carry);
+    times.mark(RenderStage::extrapolate);
     if (by_depth_ && !apart)
         find_depth();
     times.mark(RenderStage::depth);

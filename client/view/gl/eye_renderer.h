@@ -31,9 +31,9 @@ namespace equistream::gl {
 // What a refresh's time went into. GPUs work behind the caller's back: stages are told apart only where the pipeline
 // is drained between them, which costs a little and is done while somebody looks at the figures.
 
-enum class RenderStage { upload, depth, carry, reproject, fill, judge, display };
-inline constexpr std::array<std::string_view, 7> render_stage_names = {"upload", "depth",       "carry",  "reproject",
-                                                                       "fill",   "reliability", "display"};
+enum class RenderStage { upload, depth, extrapolate, reproject, fill, judge, display };
+inline constexpr std::array<std::string_view, 7> render_stage_names = {
+    "upload", "depth", "extrapolate", "reproject", "fill", "reliability", "display"};
 
 class StageTimes {
 public:

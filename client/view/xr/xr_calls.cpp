@@ -105,7 +105,7 @@ XrSession create_session(XrInstance instance, XrSystemId system) {
     binding.glxContext = glXGetCurrentContext();
     binding.glxDrawable = glXGetCurrentDrawable();
     if (binding.xDisplay == nullptr || binding.glxContext == nullptr)
-        throw InputError(expected_found("--headset", "a window on an X11 display, by GLX", "another"));
+        throw InputError(expected_found("--headset", "a window on an X11 display with GLX", "another kind of window"));
     binding.glxFBConfig = config_of(binding.xDisplay, binding.glxContext);
     int visual = 0;
     glXGetFBConfigAttrib(binding.xDisplay, binding.glxFBConfig, GLX_VISUAL_ID, &visual);

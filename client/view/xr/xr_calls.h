@@ -24,7 +24,7 @@
 namespace equistream::xr {
 
 inline constexpr XrViewConfigurationType stereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-inline constexpr const char* lost = "the headset was lost: its runtime ends";
+inline constexpr const char* lost = "the headset was lost: its OpenXR runtime has ended the session";
 
 /// All zero but for what it is.
 template <typename Struct>

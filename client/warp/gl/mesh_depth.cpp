@@ -74,7 +74,7 @@ MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
     needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
     needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
     if (needed_words_ == nullptr)
-        throw WorkError("OpenGL: the driver does not map a buffer for good");
+        throw WorkError("OpenGL: the driver cannot keep a buffer mapped");
     std::array<GLuint, max_eyes> numbers{};
     std::iota(numbers.begin(), numbers.end(), 0U);
     eye_numbers_ = make_buffer_of(std::span<const GLuint>(numbers));

@@ -27,8 +27,8 @@ void EmbreeHost::add_options(cli::CommandLine& app) {
         .between(0u, 250u)
         .with_default();
     app.add_flag("--unbiased", path_options_.unbiased,
-                 "Leave nothing out of the light: noisier. What remains: textures filtered to a pixel's width, "
-                 "glass without thickness, --max-bounces");
+                 "Leave out no light, and blur no reflections: noisier. Bias that remains: textures filtered to a "
+                 "pixel's width, glass without thickness, --max-bounces");
 }
 
 const SceneDescription& EmbreeHost::describe(const RenderOptions& options) {

@@ -109,7 +109,7 @@ const KnownVariant& find_variant(const std::string& name) {
     if (found != std::end(known))
         return *found;
     if (name.find("_mono") != std::string::npos)
-        throw InputError(expected_found("--variant", "one with colour: " + known_variants(), "'" + name + "'"));
+        throw InputError(expected_found("--variant", "a colour variant: " + known_variants(), "'" + name + "'"));
     throw InputError(expected_found("--variant", "one of " + known_variants(), "'" + name + "'"));
 }
 

@@ -9,14 +9,14 @@ Spherical camera (:monosp:`equirect`)
 
  * - to_world
    - |transform|
-   - Where the head is and how it is turned, in Mitsuba's camera frame: +Z forward, +Y up, +X left. Scale, shear and
-     mirroring are errors. (Default: none, i.e. camera space = world space)
+   - Pose of the head, in Mitsuba's camera frame: +Z forward, +Y up, +X left. Scale, shear and mirroring are
+     errors. (Default: none, i.e. camera space = world space)
    - |exposed|
 
  * - to_world_previous, to_world_next
    - |transform|
-   - The same for the frame before and the frame after, for motion (integrator :monosp:`equirect_aov`). A neighbour that
-     was never given goes with ``to_world``: the camera does not move. (Default: ``to_world``)
+   - The same for the frame before and the frame after, for motion (integrator :monosp:`equirect_aov`). Without
+     it the camera does not move. (Default: ``to_world``)
    - |exposed|
 
  * - eye
@@ -53,17 +53,17 @@ Spherical camera (:monosp:`equirect`)
 
  * - near_clip, far_clip
    - |float|
-   - What is nearer or farther than this is not seen. Both are distances from the eye, not along an axis, and neither
-     shortens a depth. (Default: 0, infinity)
+   - Surfaces nearer or farther than this are not seen. Both are distances from the eye, not along an axis. Depth is
+     still measured from the eye. (Default: 0, infinity)
    - |exposed|
 
  * - shutter_open, shutter_close, srf
    - |float|, |spectrum|
-   - As of every sensor of Mitsuba.
+   - As for every Mitsuba sensor.
 
  * - (Nested plugin)
    - |film|, |sampler|
-   - As of every sensor of Mitsuba. Any width, height and crop window. A full sphere that is not 2:1 has pixels that are
+   - As for every Mitsuba sensor. Any width, height and crop window. A full sphere that is not 2:1 has pixels that are
      not square on the equator, which is noted in the log.
 
 The whole sphere, or a range of it, as one image. With longitude :math:`l` and latitude :math:`p`

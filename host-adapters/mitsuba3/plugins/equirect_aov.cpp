@@ -15,12 +15,12 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
  * - (Nested plugin)
    - :paramtype:`integrator`
    - Renders the colour: one sampling integrator such as :monosp:`path`, :monosp:`volpath`, :monosp:`direct`,
-     :monosp:`prb` or :monosp:`aov`, whose own channels stand before ours. What concerns colour (``timeout``,
-     ``samples_per_pass``, ``block_size``) belongs to it and is refused here.
+     :monosp:`prb` or :monosp:`aov`, whose own channels stand before ours. Options for colour (``timeout``,
+     ``samples_per_pass``, ``block_size``) go to it and are refused here.
 
  * - hide_emitters
    - |bool|
-   - Directly visible area lights are no surfaces. Give it to the nested integrator too. (Default: false)
+   - Ignores directly visible area lights. Set it on the nested integrator too. (Default: false)
 
  * - to_world_previous, to_world_next
    - |transform|
@@ -38,9 +38,10 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
 
  * - first_face, face_entry
    - |int| array
-   - Exposed: for meshes that hold what the ids tell apart. For each of ``scene.shapes()`` from which place on
-     ``face_entry`` has its triangles, counted from 1, or 0; and which entry of ``object_id``, ``material_id`` and
-     ``instance_id`` each triangle has. These tables are then as long as the entries need. (Default: a single 0)
+   - Exposed: ids for each triangle, for merged meshes. ``first_face`` says for each of ``scene.shapes()`` where its
+     triangles begin in ``face_entry``, counted from 1; 0: it has none there. ``face_entry`` says for each triangle
+     which entry of ``object_id``, ``material_id`` and ``instance_id`` it has. Make these as long as needed.
+     (Default: a single 0)
    - |exposed|
 
  * - moved_previous, moved_next
@@ -132,7 +133,7 @@ public:
     EquirectAovIntegrator(const Properties& props) : Base(props) {
         for (const char* name : {"timeout", "samples_per_pass", "block_size"})
             if (props.has_property(name))
-                refuse("equirect_aov: %s: expected with the nested integrator, found here", name);
+                refuse("equirect_aov: %s: expected in the nested integrator, found in equirect_aov", name);
         choose_planes(std::string(props.get<std::string_view>("aovs")));
         for (auto& prop : props.objects()) {
             Base* integrator = prop.try_get<Base>();
@@ -211,8 +212,8 @@ public:
                 view.to_world_next = m_next.value();
         } else if ((m_has_previous || m_has_next) && !m_warned_of_poses) {
             m_warned_of_poses = true;
-            Log(Warn, "equirect_aov: to_world_previous and to_world_next are the sensor's own with \"equirect\": give "
-                      "them to it; these are not used");
+            Log(Warn, "equirect_aov: to_world_previous and to_world_next are ignored with the sensor \"equirect\": "
+                      "set them on the sensor");
         }
         const Facts facts(scene, m_hide_emitters);
         check_tables(facts.count());

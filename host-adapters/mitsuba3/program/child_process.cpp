@@ -27,7 +27,7 @@ std::string run_beside(const std::string& program, const std::vector<std::string
     if (child.is_good())
         return std::move(child.output);
     const std::string what =
-        quotable(child.errors.empty() ? program + ": failed without a word" : complaint(child.errors), 900);
+        quotable(child.errors.empty() ? program + ": failed without a message" : complaint(child.errors), 900);
     if (child.exit_code == 2)
         throw InputError(what);
     throw WorkError(what);

@@ -121,8 +121,9 @@ private:
                 tolerance = std::min(tolerance, tolerance_m(coarse, place));
         Tessellation fine = tessellate(shape.class_name, own, tolerance);
         if (fine.coarser && left_out_++ < max_notes)
-            result_.notes.push_back("shape \"" + shape.id + "\" (" + shape.class_name +
-                                    ") is coarser in scene.glb than the bound asks for: the head comes very near");
+            result_.notes.push_back(
+                "shape \"" + shape.id + "\" (" + shape.class_name +
+                ") is coarser in scene.glb than the error bound allows: the head comes very near it");
         return std::move(fine.mesh);
     }
 
@@ -158,8 +159,8 @@ private:
         if (std::all_of(map.opacity.begin(), map.opacity.end(), covers))
             return true;
         if (mesh.uvs.empty()) {
-            result_.notes.push_back("shape \"" + shape.id + "\" has a mask and no texture coordinates that can be " +
-                                    "exported: it is whole in scene.glb");
+            result_.notes.push_back("shape \"" + shape.id + "\" has a mask but no texture coordinates that can be " +
+                                    "exported: scene.glb has it without the mask");
             return true;
         }
         mesh.material = add_mask(shape.bsdf, map);

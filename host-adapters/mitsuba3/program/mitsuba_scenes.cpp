@@ -208,8 +208,8 @@ std::unique_ptr<EmbeddedScene> load(const Engine& engine, const SceneRequest& re
             throw;
         for (const std::string& change : changes)
             std::fprintf(stderr, "equistream render: note: %s\n", change.c_str());
-        throw InputError(std::string(problem.what()) + "; for Mitsuba 3 " + std::to_string(changes.size()) +
-                         " things must change, listed above");
+        throw InputError(std::string(problem.what()) + "; Mitsuba 3 needs " + std::to_string(changes.size()) +
+                         " changes, listed above");
     }
 }
 
@@ -242,11 +242,10 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
         std::fprintf(stderr, "equistream render: note: %s; the head stands at its origin\n",
                      sensor.count == 0 ? "the XML has no sensor" : "the XML's sensor has no to_world");
     if (sensor.has_clips)
-        std::fprintf(
-            stderr,
-            "equistream render: note: %s has what the sensor's near_clip and far_clip cut away; `play --scene` "
-            "takes depth of it\n",
-            model_name);
+        std::fprintf(stderr,
+                     "equistream render: note: %s ignores the sensor's near_clip and far_clip; `play --scene` may give "
+                     "depth of surfaces that were clipped\n",
+                     model_name);
     description_.fingerprint = content_fingerprint(sensor.files, parameters_text(context.host) + "\n" + sensor.spectra);
 }
 

@@ -9,7 +9,7 @@ namespace equistream {
 
 enum class SampleType { half, real, id };  ///< as stored in EXR: 16-bit half, 32-bit float, 32-bit unsigned
 
-/// A part of a table that lives as long as the program.
+/// View of a static array, which it does not own.
 template <typename Entry>
 class TableView {
 public:
@@ -28,13 +28,13 @@ private:
 
 struct AovInfo {
     std::string_view name;                 ///< the plane's name in a Frame
-    std::string_view group;                ///< what --aovs calls it; several planes may share a group
+    std::string_view group;                ///< name in --aovs and es_sequence_settings.aovs; planes may share a group
     TableView<std::string_view> channels;  ///< EXR channel names, in the plane's sample order
-    SampleType type;
-    bool data_part;  ///< in EXR part "data" rather than "rgba"
-    std::string_view unit;
-    std::string_view meaning;
-    bool in_all = true;  ///< false: only where it is asked for by its own name
+    SampleType type;                       ///< of the EXR channels; in memory half is a 32-bit float too
+    bool data_part;                        ///< in EXR part "data" rather than "rgba"
+    std::string_view unit;                 ///< "1": dimensionless; "": a number without a unit, such as an id
+    std::string_view meaning;              ///< one line for people
+    bool in_all = true;                    ///< false: group "all" leaves it out, its own group has to be named
 };
 
 namespace aov_channels {
@@ -122,7 +122,7 @@ constexpr TableView<AovInfo> aov_catalogue() {
     return aov_table;
 }
 
-/// The entry with this plane name, if there is one.
+/// The entry with this plane name; nullopt for an unknown name.
 constexpr std::optional<AovInfo> find_aov(std::string_view name) {
     for (const AovInfo& aov : aov_table)
         if (aov.name == name)

@@ -12,17 +12,17 @@
 
 namespace equistream {
 
-/// Radius of the ball that both eyes stay in, around a sphere rendered at the head's centre.
+/// B for a sphere rendered at the head's centre: radius of the ball that both eyes stay in.
 inline double head_box_radius_centre(double head_radius_m, double ipd_m) {
     return head_radius_m + 0.5 * ipd_m;
 }
 
-/// The same around a sphere rendered at one eye, as in the paper: the other eye is a whole IPD away.
+/// B for a sphere rendered at one eye, as in the paper: the other eye is a whole IPD away.
 inline double head_box_radius_eye(double head_radius_m, double ipd_m) {
     return head_radius_m + ipd_m;
 }
 
-/// Either of them, by where the sphere was rendered.
+/// B for a sphere rendered at `eye`.
 inline double head_box_radius(Eye eye, double head_radius_m, double ipd_m) {
     return eye == Eye::centre ? head_box_radius_centre(head_radius_m, ipd_m)
                               : head_box_radius_eye(head_radius_m, ipd_m);
@@ -37,8 +37,8 @@ inline double bounded_inverse_depth(double distance_m, double box_radius_m) {
     return box_radius_m / (distance_m - box_radius_m);
 }
 
-/// The largest angle by which any eye in the box can see a point displaced when r' stands for r; where either point is
-/// not outside the box, which the bound does not cover, a right angle unless they are one.
+/// The largest angle by which any eye in the box can see a point displaced when r' is used for r. The bound does not
+/// cover points in the box: if either distance is at most B, the result is pi/2, or 0 for equal distances.
 inline double displacement_bound_rad(double distance_m, double used_distance_m, double box_radius_m) {
     const double w = bounded_inverse_depth(distance_m, box_radius_m);
     const double w_used = bounded_inverse_depth(used_distance_m, box_radius_m);
@@ -47,22 +47,22 @@ inline double displacement_bound_rad(double distance_m, double used_distance_m, 
     return std::asin(std::min(1.0, std::abs(w - w_used)));
 }
 
-/// How far, in metres, a surface at distance r may move along its normal for no eye in the box to see a shift above
-/// `error_rad`; `cos_to_normal` is of the angle it is looked at. Seen square on, what moves is its edges; seen
-/// aslant, its distance along the ray.
+/// How far, in metres, a surface at distance r may move along its normal before an eye in the box sees a shift above e,
+/// `error_rad`. That is e (r - B) min(1, (r - B) cos t / B). `cos_to_normal` is cos t, of the angle between the ray and
+/// the normal. The first term limits the shift of the surface's edges, the second its distance along the ray.
 inline double allowed_displacement_m(double distance_m, double cos_to_normal, double box_radius_m, double error_rad) {
     const double beyond_m = std::max(0.0, distance_m - box_radius_m);
     return error_rad * beyond_m * std::min(1.0, beyond_m * cos_to_normal / box_radius_m);
 }
 
-/// What one approximation of several gets of the budget unless a measurement says otherwise: quantisation, codec,
-/// geometry and mesh share it.
+/// Default share of the error budget for one approximation. Quantisation, codec, geometry, interpolation and the cells
+/// of engine `mesh` each get this share.
 inline constexpr double default_budget_share = 0.25;
 
-/// The whole budget unless somebody wants another: this share of a pixel at the centre of a view.
+/// Default error budget of all approximations together, in pixels at the centre of a view.
 inline constexpr double default_error_budget_px = 0.25;
 
-/// The same as an angle, in a view with this focal length.
+/// The error budget as an angle, in a view with this focal length.
 inline double error_budget_rad(double focal_length_px, double error_budget_px = default_error_budget_px) {
     return error_budget_px / focal_length_px;
 }
@@ -70,7 +70,7 @@ inline double error_budget_rad(double focal_length_px, double error_budget_px = 
 /// Focal length of the display that the budget is stated for by default: 1,920 pixels at 90 degrees.
 inline constexpr double default_focal_length_px = 960;
 
-/// Columns of a sphere that is as dense as the centre of a view of this focal length.
+/// Columns of a full sphere whose equator has as many pixels per radian as the centre of a view of this focal length.
 inline double matching_sphere_width(double focal_length_px) {
     return 2 * std::acos(-1.0) * focal_length_px;
 }

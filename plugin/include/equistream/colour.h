@@ -19,9 +19,10 @@ public:
     ~DisplayTransform();
     DisplayTransform(DisplayTransform&&) noexcept;
 
-    /// exposure * linear RGB(A) -> display RGB in [0, 1]. `linear` has 3 or 4 channels, the result 3.
+    /// exposure * linear RGB(A) -> display RGB in [0, 1]. `linear` has 3 or 4 channels, the result 3. NaN counts as 0.
+    /// Throws InputError unless the exposure is a finite factor above 0.
     FloatImage to_display(ImageView<const float> linear, double exposure) const;
-    /// The inverse, for display values in [0, 1].
+    /// The inverse: display RGB in [0, 1] to linear radiance, divided by the exposure.
     FloatImage to_linear(ImageView<const float> display, double exposure) const;
 
 private:
@@ -29,22 +30,24 @@ private:
     std::unique_ptr<Processors> processors_;
 };
 
-/// Round to 8 bits: floor(255 x + 1/2), clamped; NaN is 0.
+/// Display values to 8 bits: floor(255 x + 1/2), clamped; NaN is 0.
 ByteImage quantise_8bit(ImageView<const float> display);
+/// 8 bits to display values: x / 255.
 FloatImage widen_8bit(ImageView<const std::uint8_t> display);
 
 // HDR streams and the display, by OpenColorIO: scene-referred linear Rec.709 to R'G'B' of SMPTE ST 2084 ("PQ",
 // Rec.2100: BT.2020 primaries) before coding, and from there to a display at the client.
 
-/// Nits of radiance 1 after exposure: BT.2408's reference white. PQ ends at 10,000, so highlights up to 49 times that
-/// are kept.
+/// Luminance, in cd/m^2 (nits), of radiance 1 after exposure: the reference white of ITU-R BT.2408. PQ ends at 10,000
+/// cd/m^2, so highlights up to 49 times as bright are kept.
 inline constexpr double pq_white_nits = 203;
 
-/// exposure * linear RGB(A) -> PQ R'G'B' in [0, 1], 3 channels. Immutable; any number of threads.
+/// Encodes radiance for HDR streams. Immutable; any number of threads.
 class PqEncoding {
 public:
     PqEncoding();
     ~PqEncoding();
+    /// exposure * linear RGB(A) -> PQ R'G'B' in [0, 1], 3 channels.
     FloatImage encode(ImageView<const float> linear, double exposure) const;
 
 private:
@@ -52,24 +55,24 @@ private:
     std::unique_ptr<Processor> processor_;
 };
 
-/// Which display, and how light is brought into its range.
+/// The display, and the view that maps scene light to its range.
 struct HdrDisplaySettings {
-    std::string config;         ///< file of an OpenColorIO config; empty: the one that is compiled in
-    std::string display;        ///< of the config; empty: "sRGB - Display" of ours, of others their default
-    std::string view;           ///< of the display; empty: default_view of ours, of others the display's default
-    double exposure_stops = 0;  ///< before the view; -20 to 20
+    std::string config;         ///< file of an OpenColorIO config; empty: the bundled config
+    std::string display;        ///< in that config; empty: "sRGB - Display" in the bundled one, else its default
+    std::string view;           ///< of that display; empty: default_view for the bundled default, else the display's
+    double exposure_stops = 0;  ///< applied before the view; -20 to 20
 };
 
-/// A table that a shader reads, 3 channels a texel or 1, 32-bit floats, clamped at its edges.
+/// A lookup table of a shader: 32-bit floats, clamped at its edges.
 struct ShaderTable {
-    std::string sampler;
+    std::string sampler;                   ///< name in the shader's text
     int width = 0, height = 0, depth = 0;  ///< height 0: one-dimensional; depth 0: no volume
-    int channels = 3;
-    bool linear = true;  ///< how it is interpolated
-    std::vector<float> values;
+    int channels = 3;                      ///< a texel: 3 or 1
+    bool linear = true;                    ///< false: the nearest texel, without interpolation
+    std::vector<float> values;             ///< in the order of glTexImage; channels interleaved
 };
 
-/// GLSL 4.0: `vec4 pq_to_display(vec4)` and all it needs, whatever stage it stands in.
+/// GLSL 4.0 source of `vec4 pq_to_display(vec4)` with everything it calls, for any shader stage.
 struct DisplayShader {
     static constexpr const char* function = "pq_to_display";
     std::string text;
@@ -77,20 +80,20 @@ struct DisplayShader {
     std::vector<ShaderTable> tables;
 };
 
-/// PQ R'G'B' to a display's values in [0, 1]. Immutable; any number of threads.
+/// Converts decoded HDR pictures for a display. Immutable; any number of threads.
 class HdrDisplay {
 public:
-    /// Throws InputError with the accepted names, or for a config that cannot be read or does not say how its colours
-    /// relate to others' (the role aces_interchange).
+    /// Throws InputError for an unknown display or view, naming the accepted ones, and for an exposure out of range.
+    /// Also for a config that cannot be read, or lacks the roles scene_linear and aces_interchange.
     explicit HdrDisplay(const HdrDisplaySettings& settings = {});
     ~HdrDisplay();
     HdrDisplay(const HdrDisplay&) = delete;
     HdrDisplay& operator=(const HdrDisplay&) = delete;
 
-    const HdrDisplaySettings& settings() const { return settings_; }  ///< with the names that were chosen
-    /// 3 channels.
+    const HdrDisplaySettings& settings() const { return settings_; }  ///< with the display and view in use
+    /// PQ R'G'B' -> display R'G'B', both in [0, 1]. `pq` has 3 or 4 channels, the result 3.
     FloatImage to_display(ImageView<const float> pq) const;
-    /// The same with the exposure left to its uniform.
+    /// The same conversion as a shader; the caller sets the exposure by the shader's uniform.
     DisplayShader shader() const;
 
 private:

@@ -22,7 +22,7 @@ struct Vector3 {
     T x, y, z;
 };
 
-/// What vectorised types bring themselves.
+/// select() of scalars. Vectorised types supply overloads of their own.
 inline float select(bool condition, float yes, float no) {
     return condition ? yes : no;
 }
@@ -51,6 +51,7 @@ struct LongitudeLatitudeRange {
     constexpr bool is_full_sphere() const { return closes() && latitude_span() > pi - 1e-9; }
 };
 
+/// Unit direction; angles in radians.
 template <typename T>
 Vector3<T> direction_from_longitude_latitude(T longitude, T latitude) {
     using std::cos;
@@ -74,6 +75,7 @@ T latitude_of(const Vector3<T>& d) {
     return atan2(d.y, sqrt(d.x * d.x + d.z * d.z));
 }
 
+/// Unit direction of continuous pixel coordinates.
 template <typename T>
 Vector3<T> equirect_direction(PixelCoordinates<T> pixel, int width, int height, const LongitudeLatitudeRange& range) {
     const T longitude = T(range.longitude_min) + pixel.u * T(range.longitude_span() / width);
@@ -87,7 +89,7 @@ struct DirectionDerivatives {
     Vector3<T> direction, per_column, per_row;
 };
 
-/// equirect_direction with its derivatives by u and v, for texture filters.
+/// equirect_direction and its derivatives by u (per_column) and v (per_row), for texture filters.
 template <typename T>
 DirectionDerivatives<T> equirect_direction_derivatives(PixelCoordinates<T> pixel, int width, int height,
                                                        const LongitudeLatitudeRange& range) {
@@ -152,6 +154,7 @@ PixelCoordinates<T> perspective_pixel_of_focal(const Vector3<T>& direction, int 
     return {T(0.5 * width) + direction.x * scale, T(0.5 * height) - direction.y * scale};
 }
 
+/// The same for a horizontal field of view.
 template <typename T>
 PixelCoordinates<T> perspective_pixel(const Vector3<T>& direction, int width, int height, double fov_x_rad) {
     return perspective_pixel_of_focal(direction, width, height, T(focal_length_px(width, fov_x_rad)));

@@ -1,6 +1,6 @@
 #pragma once
-/// Cryptomatte 1.2.0 (Psyop, "Cryptomatte Specification"): which objects and materials a pixel shows, and how much of
-/// it each covers, by names that compositing programs read. Pure functions.
+/// Cryptomatte 1.2.0 (Psyop, "Cryptomatte Specification"): the objects and materials in each pixel, by name, with their
+/// coverage. Compositing programs read it. Pure functions.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -10,23 +10,25 @@
 
 namespace equistream {
 
-/// Objects or materials of a pixel that are kept, the first ones that its samples meet: three layers of two.
+/// How many objects, and how many materials, a pixel keeps: the first ones that its samples hit. Each of three EXR
+/// layers holds two.
 inline constexpr int cryptomatte_ranks = 6;
 
-/// MurmurHash3_x86_32 with seed 0, of the bytes of UTF-8.
+/// MurmurHash3_x86_32 of the name's UTF-8 bytes, with seed 0.
 std::uint32_t cryptomatte_hash(std::string_view name);
 
-/// What pixels hold for a name: the hash's bits as a float ("uint32_to_float32"), with the lowest bit of the exponent
-/// changed where it would be no normal number.
+/// The id that pixels hold for a name: the hash's bits as a float ("uint32_to_float32"). If these are no normal number,
+/// the lowest bit of the exponent is flipped.
 float cryptomatte_id(std::string_view name);
 
-/// Names by their ids less 1; those that have none are called after their number.
+/// Element i names id i + 1. An id beyond the end is called by its number, such as "object 7"; an empty string is an
+/// empty name.
 struct CryptomatteNames {
     std::vector<std::string> objects, materials;
 };
 
-/// What a file with these planes of the AOV catalogue says of them: attributes and their texts, none where it has no
-/// such plane.
+/// EXR attributes (name, text) that the specification requires for those of `planes` that are Cryptomattes; none if
+/// there is no such plane. `planes` are names of the AOV catalogue.
 std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(std::span<const std::string> planes,
                                                                         const CryptomatteNames& names);
 

@@ -1,16 +1,16 @@
 #pragma once
-/// How well colour is denoised, as users name it.
+/// Qualities of denoising, and their names in options.
 #include <string>
 #include <vector>
 
 namespace equistream {
 
-/// In the order of es_denoise; all but off are Open Image Denoise's.
+/// In the order of es_denoise; fast, balanced and high are the qualities of Open Image Denoise 2.
 enum class DenoiseQuality { off, fast, balanced, high };
 
 inline const std::vector<std::string> denoise_quality_names{"off", "fast", "balanced", "high"};
 
-/// `name` is one of them.
+/// The quality of that name, which must be one of denoise_quality_names.
 inline DenoiseQuality denoise_quality(const std::string& name) {
     int quality = 0;
     while (denoise_quality_names.at(static_cast<std::size_t>(quality)) != name)

@@ -1,6 +1,6 @@
 #pragma once
-/// What a picture of a depth track says of itself (FrameInfo::depth_code): which code its samples are and for which
-/// depths. The codes themselves: depth_code.h.
+/// Frame data of a depth track's picture (FrameInfo::depth_code): the code of its samples and the range of its depths.
+/// The codes themselves: depth_code.h.
 #include <cstdint>
 
 namespace equistream {
@@ -10,11 +10,13 @@ enum class DepthCodeId : std::uint8_t { pece444 = 0, pece420 = 1, hue = 2, w8 = 
 
 /// The depths that a code's samples span. All but `lossless` code the number x in [0, 1] with
 ///     x = w(r) / w(near) = (near - B) / (r - B)          w = B / (r - B)    (bound.h)
-/// so 0 is infinity and 1 is `near_m`, and equal steps of x displace a point by equal angles at most, wherever it is.
+/// so 0 is infinity and 1 is `near_m`. Equal steps of x have equal bounds on the displacement, at every distance.
 struct DepthRange {
-    double box_radius_m = 0;  ///< B, above 0: of the head box around the picture's centre
+    double box_radius_m = 0;  ///< B, above 0: radius of the head box around the picture's camera
     double near_m = 0;        ///< above box_radius_m; nearer depths are coded as this one
-    bool has_empty = false;   ///< the topmost eighth of the samples is kept for pixels that hold no surface (NaN)
+    /// Pixels may hold no surface (NaN). The w and Pece codes then reserve the topmost eighth of their samples for
+    /// them.
+    bool has_empty = false;
 
     bool operator==(const DepthRange&) const = default;
 };
@@ -22,7 +24,7 @@ struct DepthRange {
 struct DepthCodeInfo {
     DepthCodeId code = DepthCodeId::w10;
     DepthRange range;
-    std::uint32_t clamped_pixels = 0;  ///< how many of this picture's coded samples lay nearer than near_m
+    std::uint32_t clamped_pixels = 0;  ///< coded samples of this picture that were nearer than near_m
     bool halved = false;               ///< coded at half the picture's columns and rows (depth_code.h)
 
     bool operator==(const DepthCodeInfo&) const = default;

@@ -1,24 +1,25 @@
 #pragma once
-/// Errors that a person can mend. Programmer errors are asserts; these two are what the user sees, one line each.
+/// Errors for users, each with a message of one line. Programming errors are asserts instead.
 #include <stdexcept>
 #include <string>
 
 namespace equistream {
 
-/// Bad usage or bad input found before work began: the program exits 2.
+/// Bad usage or bad input, found before work began. Programs exit with status 2; the C ABIs return ES_BAD_INPUT.
 class InputError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// Work had begun and could not be finished (disk full, truncated data, ...): the program exits 1.
+/// Work had begun and could not be finished (disk full, truncated data, ...). Programs exit with status 1; the C ABIs
+/// return ES_FAILED.
 class WorkError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// Text out of a file or a command line as a message may hold it: what would break the line or drive a terminal is
-/// shown as '?', and what is too long to be read is cut.
+/// Text from a file or a command line, made safe for a message: control characters become '?', and text beyond
+/// `longest_bytes` becomes "...".
 inline std::string quotable(std::string text, std::size_t longest_bytes) {
     for (char& c : text)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)

@@ -1,5 +1,5 @@
 #pragma once
-/// What a file is that was given in place of another: for messages that name the command that takes it.
+/// Recognises a file that a user gave to the wrong command, so that a message can name the right one.
 #include "error.h"
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace equistream {
 
-/// What a name leads to; not_found where there is nothing. Throws InputError where that cannot be told: a folder on the
-/// way may be closed, links may lead in a circle.
+/// Type of the file that a path leads to, not_found if it does not exist. Throws InputError, with `expected` in its
+/// message, if the system cannot tell: a folder on the path has no permissions, or links form a circle.
 inline std::filesystem::file_type type_of(const std::filesystem::path& name, const std::string& expected) {
     std::error_code error;
     const std::filesystem::file_type type = std::filesystem::status(name, error).type();
@@ -24,7 +24,7 @@ inline std::filesystem::file_type type_of(const std::filesystem::path& name, con
 
 enum class FileKind { unknown, folder, video, exr, picture, model, description, mitsuba_xml, table };
 
-/// By its first bytes, and where these say little by its name. Reads 64 bytes, of regular files alone.
+/// Decides by the first 64 bytes of a regular file, and by its extension where bytes do not suffice.
 inline FileKind file_kind(const std::filesystem::path& file) {
     std::error_code error;
     if (std::filesystem::is_directory(file, error))
@@ -56,7 +56,7 @@ inline FileKind file_kind(const std::filesystem::path& file) {
     return FileKind::unknown;
 }
 
-/// What it is and what to do with it, to be read after "found"; `otherwise` where nothing is known of it.
+/// Words for a message after "found": the file's kind and the commands that take it. `otherwise` for an unknown kind.
 inline std::string found_kind(const std::filesystem::path& file, const std::string& otherwise) {
     switch (file_kind(file)) {
     case FileKind::folder:

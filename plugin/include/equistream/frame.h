@@ -1,5 +1,5 @@
 #pragma once
-/// A frame: one camera pose plus planes. This is what travels from a host to files, streams and the client.
+/// A frame: one camera pose and its planes. Hosts, files, streams and the client exchange frames.
 #include <equistream/camera.h>
 #include <equistream/depth_code_info.h>
 #include <equistream/image.h>
@@ -16,72 +16,72 @@
 
 namespace equistream {
 
-/// Of the encoders' constant rate factor, which is an average quantiser (QP).
+/// Largest (worst) constant rate factor of x264 and x265, which is an average quantiser (QP); the best is 0.
 inline constexpr int worst_crf = 51;
 
-/// The largest number of a frame; the least is 0.
+/// Largest index of a frame; the smallest is 0.
 inline constexpr std::int64_t max_frame_index = 999999999;
-/// The largest absolute value of a frame's time. Seconds since 1970 lie well within it.
+/// Largest absolute value of a frame's time, in seconds. Seconds since 1970 lie well within it.
 inline constexpr double max_time_s = 1e10;
-/// The longest name of a scene, a host or a geometry. Sequences want UTF-8: a manifest could not hold other bytes.
+/// Longest name of a scene, a host or a geometry. A sequence's names are UTF-8, because its manifest is JSON.
 inline constexpr std::size_t max_name_bytes = 255;
 
-/// How both eyes lie in one picture. Values are part of the stream format; new ones are only appended.
+/// Arrangement of both eyes in one picture; none: one view alone. Values are part of the stream format; new ones are
+/// only appended.
 enum class StereoPacking : std::uint8_t { none = 0, side_by_side = 1, top_bottom = 2 };
 
-/// By StereoPacking: what programs call them.
+/// Names in options, indexed by StereoPacking.
 inline constexpr const char* packing_names[] = {"none", "sbs", "top-bottom"};
 
-/// Everything a client must know to use a frame. Travels in EXR attributes and inside the coded picture.
+/// Everything that a client needs to know of a frame. Stored in EXR attributes, and in a coded picture's frame data.
 struct FrameInfo {
-    std::int64_t index = 0;
-    double time_s = 0;
+    std::int64_t index = 0;  ///< 0 to max_frame_index
+    double time_s = 0;       ///< -max_time_s to max_time_s
     double frames_per_second = 30;
     Camera camera = EquirectCamera{};
     Pose camera_pose;  ///< world from camera, at this frame
-    Pose head;         ///< the head this camera was placed for
+    Pose head;         ///< world from head, for which the camera was placed
     Eye eye = Eye::centre;
     double ipd_m = default_ipd_m;
     AxisLock lock = AxisLock::world;
-    double head_radius_m = 0;  ///< the head box: a ball of this radius around every path point
+    double head_radius_m = 0;  ///< head box: radius of a ball around each point of the path, for the head's centre
     double exposure = 1;       ///< factor on scene-referred radiance before the display transform
-    std::uint64_t seed = 0;
+    std::uint64_t seed = 0;    ///< of the random numbers that it was rendered with
     std::uint32_t samples_per_pixel = 0;
     std::string scene;  ///< the scene's name; at most max_name_bytes
     std::string host;   ///< renderer name and version; at most max_name_bytes
-    /// Names the geometry that was rendered (load_scene's, where the host has it); empty: not said.
+    /// Fingerprint of the rendered geometry, at most max_name_bytes; empty: unknown. Clients refuse another scene.
     std::string geometry_fingerprint;
-    /// Library, version and quality that took the noise out of colour; empty: as rendered. At most max_name_bytes.
+    /// Denoiser of colour: library, version and quality, at most max_name_bytes; empty: not denoised.
     std::string denoiser;
-    /// Above 0: colour is a mean over earlier frames too, at most so many where anything moved. Not in streams.
+    /// Above 0: colour is a mean over this and earlier frames, at most so many where anything moved. Not in streams.
     std::uint32_t accumulated_frames = 0;
-    /// Above 0: a window of a sphere of so many columns (window.h); `camera` says where it lies. Not in streams.
+    /// Above 0: a window of a sphere with so many columns (window.h); `camera` is the window's. Not in streams.
     int window_columns = 0;
-    /// Of streams: both eyes lie in the picture, the left one first. `camera`, `camera_pose` and `eye` are the left
-    /// one's alone; right_eye_of() says the right one's. Not written to EXR files.
+    /// Streams only: both eyes share the picture, the left one first. `camera`, `camera_pose` and `eye` are the left
+    /// eye's; right_eye_of() gives the right eye's. Not written to EXR files.
     StereoPacking packing = StereoPacking::none;
-    /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
+    /// Set: the picture is an atlas of patches; `camera` and `camera_pose` are the main sphere's.
     std::optional<PatchAtlas> patches;
-    /// Of a depth track's picture only. Not written to EXR files.
+    /// Set for pictures of depth tracks only. Not written to EXR files.
     std::optional<DepthCodeInfo> depth_code;
-    /// Quality that the picture's track was coded at, 0 (best) to worst_crf; nothing: not coded, without loss, or not
-    /// said. Not written to EXR files.
+    /// Constant rate factor of the picture's track, 0 (best) to worst_crf; nullopt: not coded, lossless, or unknown.
+    /// Not written to EXR files.
     std::optional<float> crf;
-    /// How visibly off the track's colours are, where the encoder measured it. Not written to EXR files.
+    /// Visible errors of the track's colours, if the encoder measured them. Not written to EXR files.
     std::optional<VisibleLoss> visible_loss;
-    /// What of a main picture moves by itself, where somebody found out (`encode --motion`); empty: nothing, or not
-    /// said. Not written to EXR files.
+    /// Moving objects of a main picture (`encode --motion`); empty: none, or unknown. Not written to EXR files.
     std::vector<MovingRegion> moving;
 };
 
-/// As measured, else as usual at its CRF; nothing where that is not said.
+/// The measured visible errors, else the usual ones at its CRF; nullopt if that is unknown too.
 inline std::optional<VisibleLoss> visible_loss_of(const FrameInfo& info) {
     if (!info.visible_loss && info.crf)
         return usual_coding_loss(double(*info.crf));
     return info.visible_loss;
 }
 
-/// Size of a frame's picture: the camera's, both eyes', or the atlas's.
+/// Size of a frame's picture in pixels: the camera's, that of both packed eyes, or the atlas's.
 inline int picture_width(const FrameInfo& info) {
     return info.patches ? info.patches->width()
                         : width_of(info.camera) * (info.packing == StereoPacking::side_by_side ? 2 : 1);
@@ -91,14 +91,15 @@ inline int picture_height(const FrameInfo& info) {
                         : height_of(info.camera) * (info.packing == StereoPacking::top_bottom ? 2 : 1);
 }
 
-/// Makes its sphere one of omnidirectional stereo for its eye. False: its eye is the centre, or its eyes are one.
+/// Turns its equirect camera into omnidirectional stereo for info.eye. False if that has no stereo: the eye is the
+/// centre, or ipd_m is 0.
 [[nodiscard]] inline bool make_ods(FrameInfo& info) {
     const double side_m = ods_side_m(info.eye, info.ipd_m);
     std::get<EquirectCamera>(info.camera).ods_side_m = side_m;
     return side_m != 0;
 }
 
-/// Of a frame whose picture holds both eyes, or whose left eye is rendered: what a picture of the right one alone says.
+/// Frame data of the right eye alone, without packing. `info` is the left eye's, or belongs to a picture of both eyes.
 inline FrameInfo right_eye_of(FrameInfo info) {
     info.packing = StereoPacking::none;
     info.eye = Eye::right;
@@ -108,12 +109,12 @@ inline FrameInfo right_eye_of(FrameInfo info) {
     return info;
 }
 
-/// Of a window.
+/// The grid of a frame that is a window (window_columns above 0).
 inline WindowGrid window_grid_of(const FrameInfo& info) {
     return {info.window_columns, info.window_columns / 2, width_of(info.camera), height_of(info.camera)};
 }
 
-/// Whether a frame of the right eye is where right_eye_of() puts it beside the left one's.
+/// Whether `right` is a right eye's frame with the camera and pose that right_eye_of(left) has, up to rounding (1e-9).
 inline bool is_right_eye_of(const FrameInfo& left, const FrameInfo& right) {
     constexpr double rounding = 1e-9;
     const FrameInfo expected = right_eye_of(left);
@@ -127,11 +128,11 @@ inline bool is_right_eye_of(const FrameInfo& left, const FrameInfo& right) {
            std::abs(glm::dot(p.orientation, q.orientation)) > 1 - rounding;
 }
 
-/// Planes keyed by AovInfo::name. All planes have the picture's width and height; a Frame owns its planes.
+/// One frame in memory. It owns its planes, which are keyed by AovInfo::name and have the picture's width and height.
 struct Frame {
     FrameInfo info;
-    std::map<std::string, FloatImage, std::less<>> planes;
-    std::map<std::string, IdImage, std::less<>> ids;
+    std::map<std::string, FloatImage, std::less<>> planes;  ///< all but SampleType::id
+    std::map<std::string, IdImage, std::less<>> ids;        ///< SampleType::id
 };
 
 }  // namespace equistream

@@ -9,17 +9,18 @@
 
 namespace equistream {
 
-/// Largest side and pixel count any reader accepts before it allocates.
+/// Largest width and height, and largest number of pixels. Readers check them before they allocate.
 inline constexpr int max_image_side = 32768;
 inline constexpr std::int64_t max_image_pixels = std::int64_t{1} << 28;
 
+/// A borrowed view; the owner of `data` outlives it.
 template <typename T>
 struct ImageView {
-    T* data = nullptr;
+    T* data = nullptr;  ///< first channel of the top left pixel
     int width = 0;
     int height = 0;
     int channels = 0;
-    std::ptrdiff_t row_stride = 0;  ///< in elements, not bytes
+    std::ptrdiff_t row_stride = 0;  ///< from row to row, in elements, not bytes
 
     T* row(int y) const {
         assert(y >= 0 && y < height);
@@ -32,6 +33,7 @@ struct ImageView {
     operator ImageView<const T>() const { return {data, width, height, channels, row_stride}; }
 };
 
+/// An image that owns its samples; rows follow each other without gaps.
 template <typename T>
 class Image {
 public:

@@ -1,12 +1,13 @@
 #pragma once
-/// Motion in an image and omnidirectional stereo. The one definition of motion: from a pixel to where the same thing is
-/// in a neighbouring frame, as the difference of positions in pixels. Results are finite for every direction that is
-/// not 0. Templates on the scalar as conventions.h has them; C++17-clean.
+/// Motion vectors and omnidirectional stereo. A motion vector leads from a pixel to the same point's position in a
+/// neighbouring frame; it is the difference of the positions, in pixels. Results are finite for every direction that is
+/// not 0. Templates on the scalar, as in conventions.h; C++17-clean.
 #include <equistream/conventions.h>
 
 namespace equistream {
 
-/// On a sphere: the shortest way round the seam. `direction_there` is in the other camera's frame, of any length.
+/// On a sphere: the shortest way round the seam. `direction_there` is the point's direction in the neighbouring
+/// camera's frame, of any length.
 template <typename T>
 PixelCoordinates<T> equirect_motion(PixelCoordinates<T> here, const Vector3<T>& direction_there, int width, int height,
                                     const LongitudeLatitudeRange& range) {
@@ -14,13 +15,14 @@ PixelCoordinates<T> equirect_motion(PixelCoordinates<T> here, const Vector3<T>& 
     return {shortest_column_difference(T(there.u - here.u), width, range), there.v - here.v};
 }
 
-/// Distance from a perspective image's centre that stands for "behind the camera": eight image diagonals.
+/// Distance from a perspective image's centre, in pixels, at which points behind the camera are put: eight diagonals.
 inline double perspective_limit_px(int width, int height) {
     return 8 * std::hypot(width, height);
 }
 
-/// In a perspective view: a direction behind the other camera (or nearly beside it) counts as out of the image in its
-/// own direction from the centre, perspective_limit_px away; one straight behind, to the right.
+/// In a perspective view. A direction behind the neighbouring camera, or nearly at right angles to its axis, has no
+/// position in the image. It is put perspective_limit_px away from the centre, in its own direction; a direction
+/// straight behind is put to the right.
 template <typename T>
 PixelCoordinates<T> perspective_motion(PixelCoordinates<T> here, const Vector3<T>& direction_there, int width,
                                        int height, T focal_px) {
@@ -39,23 +41,24 @@ PixelCoordinates<T> perspective_motion(PixelCoordinates<T> here, const Vector3<T
             select(inside, seen.v, T(T(0.5 * height) - limit * up)) - here.v};
 }
 
-// The one definition of omnidirectional stereo (ODS): each column of an equirect image is seen by an eye that turns
-// with it, tangentially to a horizontal viewing circle whose radius is half the interpupillary distance (Ishiguro,
-// Yamamoto and Tsuji, "Omni-directional stereo", 1992; Google, "Rendering omni-directional stereo content", 2015).
+// Omnidirectional stereo (ODS). The rays of each column of an equirect image begin at a viewpoint of their own, on a
+// horizontal circle with a radius of half the interpupillary distance. They leave the circle along its tangent there
+// (Ishiguro, Yamamoto and Tsuji, "Omni-directional stereo", 1992; Google, "Rendering omni-directional stereo content",
+// 2015).
 //
-// Towards the poles such eyes cannot be right for any head, and just at a pole all columns meet: so the circle shrinks
-// to a point there. Between the latitudes `from` and `to` the radius is multiplied by
+// Towards the poles such viewpoints fit no head, and at a pole all columns meet. So the circle shrinks to a point
+// there: between the latitudes `from` and `to` its radius is multiplied by
 //     fade = (1 + cos(pi t)) / 2,     t = (|latitude| - from) / (to - from)
-// The two angles and their defaults are those of Blender's "pole merge"; its fade cos(pi t / 2) breaks at `to`, so it
-// is squared here. Templates on the scalar as conventions.h has them; C++17-clean.
+// The two angles and their defaults are those of Blender's "pole merge". Its fade cos(pi t / 2) has a kink at `to`, so
+// it is squared here. Templates on the scalar, as in conventions.h; C++17-clean.
 
-/// Where the eyes' separation fades out, radians of latitude. Never if `from` is pi/2 or more.
+/// Latitudes, in radians, between which the eyes' separation fades to 0. It never fades if `from` is pi/2 or more.
 struct PoleMerge {
     double from = pi / 3;
     double to = 5 * pi / 12;
 };
 
-/// 1 at the equator, 0 from `to` on, smooth between.
+/// The factor on the circle's radius: 1 up to `from`, 0 beyond `to`, smooth between them.
 template <typename T>
 T pole_fade(T latitude, const PoleMerge& merge) {
     using std::cos;
@@ -67,8 +70,8 @@ T pole_fade(T latitude, const PoleMerge& merge) {
     return T(0.5) + T(0.5) * cos(T(pi) * within);
 }
 
-/// Where the eye is that looks at this longitude and latitude, in the head's camera frame. `side_m` is half the
-/// interpupillary distance: positive for the right eye, negative for the left.
+/// Viewpoint of the ray with this longitude and latitude: metres, in the head's camera frame. `side_m` is half the
+/// interpupillary distance, positive for the right eye, negative for the left.
 template <typename T>
 Vector3<T> ods_eye_offset(T longitude, T latitude, double side_m, const PoleMerge& merge) {
     using std::cos;
@@ -77,8 +80,8 @@ Vector3<T> ods_eye_offset(T longitude, T latitude, double side_m, const PoleMerg
     return {radius * cos(longitude), T(0), radius * sin(longitude)};
 }
 
-/// The unit direction in which a point is seen by the eye that looks at it: the inverse of the above. The point is
-/// relative to the circle's centre, in the head's camera frame; one that lies within the circle is seen as if on it.
+/// The unit direction of the ray that meets a point: the inverse of ods_eye_offset. The point is in the head's camera
+/// frame, in metres from the circle's centre; a point inside the circle counts as on it.
 template <typename T>
 Vector3<T> ods_direction(const Vector3<T>& point, double side_m, const PoleMerge& merge) {
     using std::atan2;
@@ -88,7 +91,7 @@ Vector3<T> ods_direction(const Vector3<T>& point, double side_m, const PoleMerge
     T latitude = atan2(point.y, ahead);
     T radius = T(side_m) * pole_fade(latitude, merge);
     // The latitude depends on the radius and the radius on the latitude, but weakly: for points three radii away or
-    // more this ends within 2e-5 radians, for those of a room within rounding.
+    // more the iteration ends within 2e-5 radians, for distances in a room within rounding.
     for (int step = 0; step < 6; ++step) {
         const T left = flat2 - radius * radius;
         ahead = sqrt(select(left > T(0), left, T(0)));

@@ -1,6 +1,5 @@
 #pragma once
-/// JSON as every program writes it. Names of files may hold bytes that are no UTF-8, which JSON cannot: U+FFFD stands
-/// for these.
+/// Writing JSON. Bytes that are not UTF-8, which file names may hold, become U+FFFD.
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
@@ -8,15 +7,15 @@
 
 namespace equistream {
 
-/// `indent` spaces a level; -1: on one line.
+/// `json` as text, with `indent` spaces for each level; -1: on one line.
 std::string json_text(const nlohmann::json& json, int indent = -1);
 std::string json_text(const nlohmann::ordered_json& json, int indent = -1);
 
-/// Whether JSON holds all of it.
+/// Whether the text is UTF-8 throughout, so that JSON holds it unchanged.
 bool is_utf8(const std::string& text);
 
-/// `text` as a JSON file gives it back: U+FFFD for bytes that are not UTF-8. Its end is left out beyond
-/// `longest_bytes`.
+/// `text` after writing it to JSON and reading it back: U+FFFD for bytes that are not UTF-8. It is cut to at most
+/// `longest_bytes`, between characters.
 std::string as_json_holds(const std::string& text, std::size_t longest_bytes = std::string::npos);
 
 }  // namespace equistream

@@ -1,21 +1,24 @@
 #pragma once
-/// Keeps two processes from writing to the same place at once. The locks are the kernel's (flock): they end with their
-/// process, however it ends, and leave nothing behind. On a file system that has none nothing is locked.
+/// Keeps two writers from the same file or folder. The locks are the kernel's (flock): they end with their process,
+/// however it ends, and leave no files. A file system without locks locks nothing, silently.
 #include <filesystem>
 #include <string>
 
 namespace equistream {
 
+/// What open_locked_file does with a missing file: create it, or fail with ENOENT.
 enum class IfMissing { make, fail };
 
-/// Opens `file` for writing, as it is, and locks it until the descriptor is closed. No symbolic link is followed. -1
-/// with errno set where it cannot be opened; EWOULDBLOCK: another process is writing it.
+/// Opens `file` for writing without truncating it, and locks it until the caller closes the descriptor that is
+/// returned. Does not wait, and does not follow a symbolic link. -1 with errno set on failure; EWOULDBLOCK: another
+/// writer has it; EINVAL, ENXIO or EISDIR: not a regular file.
 int open_locked_file(const std::filesystem::path& file, IfMissing if_missing = IfMissing::make);
 
-/// What open_locked_file found, of its errno, for a message.
+/// Words for a message: why open_locked_file failed with this errno.
 std::string lock_problem(const std::filesystem::path& file, int error_number);
 
-/// Holds an existing folder for one process at a time; throws InputError if another one holds it.
+/// Locks an existing folder while the object lives. The constructor throws InputError if another object holds the lock,
+/// in this process or any other. A folder that cannot be opened is not locked, without an error.
 class FolderLock {
 public:
     explicit FolderLock(const std::filesystem::path& folder);
@@ -27,7 +30,7 @@ private:
     int descriptor_ = -1;
 };
 
-/// Makes sure that files can be made in a folder, creating it if need be; throws InputError naming it.
+/// Creates the folder if it is missing. Throws InputError naming it unless files can be created in it.
 void require_writable_folder(const std::filesystem::path& folder);
 
 }  // namespace equistream

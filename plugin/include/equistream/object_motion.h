@@ -1,7 +1,7 @@
 #pragma once
-/// Parts of a picture that move by themselves, so that a client can carry them on while the next frame is not there.
-/// What the camera's own movement does to a picture follows from poses and depth and is no part of this. Points are
-/// metres from the picture's camera, along the world's axes. All functions are pure.
+/// Motion of rigid objects in a picture, for motion extrapolation: clients move them on until the next frame arrives.
+/// The camera's own movement is no part of it: that follows from poses and depth. Points are in metres from the
+/// picture's camera, along the world's axes. All functions are pure.
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -13,6 +13,7 @@
 
 namespace equistream {
 
+/// Rotation, then translation: p -> rotation p + translation_m.
 struct RigidTransform {
     glm::dmat3 rotation{1};
     glm::dvec3 translation_m{0, 0, 0};
@@ -24,7 +25,7 @@ struct RigidTransform {
     }
 };
 
-/// How a rigid body moves: a point at p has the velocity velocity_m_s + angular_rad_s x p.
+/// Velocity of a rigid body: its point at p moves by velocity_m_s + angular_rad_s x p.
 struct Twist {
     glm::dvec3 velocity_m_s{0, 0, 0};
     glm::dvec3 angular_rad_s{0, 0, 0};
@@ -34,17 +35,17 @@ struct Twist {
 
 namespace rigid_motion {
 
-/// [a] such that [a] b = a x b.
+/// The matrix [a] with [a] b = a x b.
 inline glm::dmat3 cross_matrix(const glm::dvec3& a) {
     return {{0, a.z, -a.y}, {-a.z, 0, a.x}, {a.y, -a.x, 0}};
 }
-/// Below it the series of sine and cosine are exact in double precision to the terms that are used.
+/// Below this angle, Taylor series replace sine and cosine; the terms in use are exact in double precision.
 inline constexpr double small_angle_rad = 1e-4;
 
 }  // namespace rigid_motion
 
-/// Where a body with this twist has moved to after so many seconds, which may be negative: the exponential map of
-/// SE(3), a screw (Murray, Li, Sastry 1994, "A mathematical introduction to robotic manipulation", eq. 2.36).
+/// Displacement of a body with this twist after so many seconds, which may be negative: the exponential map of SE(3), a
+/// screw motion (Murray, Li, Sastry 1994, "A mathematical introduction to robotic manipulation", eq. 2.36).
 inline RigidTransform moved_by(const Twist& twist, double seconds) {
     const glm::dvec3 turn = twist.angular_rad_s * seconds;
     const double angle = glm::length(turn);
@@ -57,7 +58,7 @@ inline RigidTransform moved_by(const Twist& twist, double seconds) {
     return {glm::dmat3(1) + a * k + b * k2, (glm::dmat3(1) + b * k + c * k2) * (twist.velocity_m_s * seconds)};
 }
 
-/// The inverse of moved_by for turns below pi. `seconds` is not 0.
+/// The twist that makes this displacement in `seconds`, which is not 0: the inverse of moved_by, for turns below pi.
 inline Twist twist_of(const RigidTransform& transform, double seconds) {
     glm::dquat q = glm::quat_cast(transform.rotation);
     if (q.w < 0)
@@ -73,16 +74,17 @@ inline Twist twist_of(const RigidTransform& transform, double seconds) {
     return {(glm::dmat3(1) - 0.5 * k + c * (k * k)) * transform.translation_m / seconds, turn / seconds};
 }
 
-/// How a body moves from now on: a twist that changes steadily. That holds exactly for what turns about an axis that
-/// stays, and for what spins while its centre goes straight on, and to second order for all else.
+/// Motion of a body from the frame's time on: a twist that changes linearly. This is exact for rotation about a fixed
+/// axis, and for a spinning body whose centre moves straight. It is right to second order for other motions.
 struct BodyMotion {
-    Twist twist;             ///< now
-    Twist twist_per_second;  ///< by which it changes
+    Twist twist;             ///< at the frame's time
+    Twist twist_per_second;  ///< change of the twist in a second
 
     bool operator==(const BodyMotion&) const = default;
 };
 
-/// Where it has moved to after so many seconds, which may be negative: products of screws over short steps.
+/// Displacement after so many seconds, which may be negative: the product of 16 screw motions, each with the twist in
+/// the middle of its step.
 inline RigidTransform moved_by(const BodyMotion& motion, double seconds) {
     constexpr int steps = 16;
     const double step_s = seconds / steps;
@@ -98,19 +100,19 @@ inline RigidTransform moved_by(const BodyMotion& motion, double seconds) {
     return moved;
 }
 
-/// Pixels [begin, end) of a row.
+/// Pixels [begin, end) of a row of the picture.
 struct PixelRun {
     int row = 0, begin = 0, end = 0;
 
     bool operator==(const PixelRun&) const = default;
 };
 
-/// What moves as one rigid body.
+/// Pixels of one rigid body.
 struct MovingRegion {
-    BodyMotion motion;  ///< single precision
-    /// Between these its surface lies; depths beyond, of pixels on its outline, are another surface's.
+    BodyMotion motion;  ///< streams carry single precision
+    /// Range of the body's depths, above 0 and finite. Pixels on its outline with other depths show another surface.
     float near_m = 0, far_m = 0;
-    std::vector<PixelRun> runs;  ///< its pixels: by row, from left to right, no two touching
+    std::vector<PixelRun> runs;  ///< its pixels: row by row, from left to right; runs of a row do not touch
 
     std::int64_t pixels() const {
         std::int64_t sum = 0;
@@ -121,13 +123,14 @@ struct MovingRegion {
     bool operator==(const MovingRegion&) const = default;
 };
 
+/// Most moving regions of a picture.
 inline constexpr int max_moving_regions = 255;
 
-/// Longest that things are extrapolated without a new frame, and so the time after which motion is to be right within
-/// the error budget (bound.h). What has not moved by as much as the budget by then is not said to move.
+/// Longest extrapolation without a new frame, in seconds. Measured motion has to be right within the error budget
+/// (bound.h) for this time. An object that moves less than the budget in it counts as still.
 inline constexpr double extrapolation_horizon_s = 0.2;
 
-/// What is wrong with the regions of a picture of this size; nothing: nothing is.
+/// What is wrong with the regions of a picture of this size, in words; nullopt if they are valid.
 inline std::optional<std::string> moving_regions_problem(const std::vector<MovingRegion>& regions, int width,
                                                          int height) {
     if (regions.size() > std::size_t{max_moving_regions})

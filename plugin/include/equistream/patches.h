@@ -1,15 +1,15 @@
 #pragma once
-/// Server-predicted patches: what the eyes of the head box see and the sphere's centre does not, rendered from places
-/// beside the centre and packed into one picture, the atlas.
+/// Server-predicted patches: surfaces that eyes in the head box see and the sphere's centre does not. They are rendered
+/// from points beside the centre and packed into one picture, the atlas.
 ///
 /// Each of `offsets_m` is the centre of an auxiliary sphere: an equirect grid of the main sphere's size, range and
 /// axes. A *patch* is one block of block_side x block_side pixels of such a grid; the atlas shows patches in *slots*,
 /// row by row. Pixel (x, y) of a slot that shows block (bx, by) of auxiliary sphere k is pixel (bx side + x, by side +
 /// y) of that sphere: its ray starts at offsets_m[k] and its depth is the distance from there. Blocks at the right and
-/// lower border may reach beyond the grid, where the image formula goes on: round the seam, over the pole.
+/// lower border may reach beyond the grid. There the image formula continues round the seam and over the pole.
 ///
-/// A block keeps its slot for as long as it stays chosen, so that video of the atlas codes well; what a slot shows that
-/// nobody uses means nothing. Everything here is a plain value; all functions are pure and thread-safe.
+/// A block keeps its slot for as long as it stays chosen, so that video of the atlas compresses well. Pixels of unused
+/// slots have no meaning. Everything here is a plain value; all functions are pure and thread-safe.
 #include <equistream/camera.h>
 #include <equistream/image.h>
 
@@ -23,33 +23,34 @@
 
 namespace equistream {
 
-/// What any reader accepts before it allocates.
+/// Limits that readers check before they allocate.
 inline constexpr int max_patch_offsets = 64;
 inline constexpr int max_patch_slots = 12288;
 inline constexpr int min_patch_side = 4, max_patch_side = 64;
 
 struct PatchAtlas {
-    /// Which patch a slot shows; unused slots are all 0.
+    /// The patch in a slot. All fields of an unused slot are 0.
     struct Slot {
-        std::uint8_t offset_index = 0;  ///< in offsets_m
-        std::uint16_t block_x = 0, block_y = 0;
+        std::uint8_t offset_index = 0;           ///< in offsets_m
+        std::uint16_t block_x = 0, block_y = 0;  ///< column and row in the grid of blocks
         bool used = false;
 
         bool operator==(const Slot&) const = default;
     };
 
-    int sphere_width = 0, sphere_height = 0;
-    int block_side = 16;  ///< pixels
+    int sphere_width = 0, sphere_height = 0;  ///< pixels of each auxiliary sphere
+    int block_side = 16;                      ///< pixels, min_patch_side to max_patch_side
     LongitudeLatitudeRange range;
-    /// From the sphere's centre, in the sphere camera's axes. Streams carry single precision.
+    /// Centres of the auxiliary spheres, from the main sphere's centre in its camera's axes. Single precision in
+    /// streams.
     std::vector<glm::dvec3> offsets_m;
     int columns = 0, rows = 0;  ///< of slots
     std::vector<Slot> slots;    ///< columns * rows, row by row
 
-    /// Of the atlas picture.
+    /// Size of the atlas picture in pixels.
     int width() const { return columns * block_side; }
     int height() const { return rows * block_side; }
-    /// Of each auxiliary sphere.
+    /// Size of each auxiliary sphere in blocks, rounded up.
     int block_columns() const { return (sphere_width + block_side - 1) / block_side; }
     int block_rows() const { return (sphere_height + block_side - 1) / block_side; }
     EquirectCamera sphere() const { return {sphere_width, sphere_height, range}; }
@@ -64,15 +65,15 @@ struct PatchAtlas {
     }
 };
 
-/// Continuous coordinates on the auxiliary sphere of continuous atlas coordinates (u, v) that lie in the slot of pixel
-/// (x, y): up to its border, which belongs to two slots.
+/// Continuous pixel coordinates on the auxiliary sphere for atlas coordinates (u, v). Pixel (x, y) names their slot,
+/// because a border belongs to two slots.
 inline PixelCoordinates<double> patch_sphere_pixel(const PatchAtlas& atlas, int x, int y, double u, double v) {
     const PatchAtlas::Slot& slot = atlas.slot_at(x, y);
     const int side = atlas.block_side;
     return {u - x / side * side + slot.block_x * side, v - y / side * side + slot.block_y * side};
 }
 
-/// What is wrong with an atlas that somebody else made, in the form "expected ..., found ..."; nothing if it is sound.
+/// What is wrong with an atlas, in the form "expected ..., found ..."; nullopt if it is valid. For untrusted input.
 inline std::optional<std::string> patch_atlas_problem(const PatchAtlas& a) {
     const auto differs = [](const std::string& expected, auto found) {
         return std::optional("expected " + expected + ", found " + std::to_string(found));
@@ -113,15 +114,12 @@ inline std::optional<std::string> patch_atlas_problem(const PatchAtlas& a) {
     return std::nullopt;
 }
 
-// The way back from a pixel of an auxiliary sphere to the atlas of patches (patches.h). Immutable once made, so any
-// number of threads may ask.
-
-/// Which slot shows a block. Eight bytes for each slot
-/// and four for each row of blocks, however large the spheres are said to be; of a block that is in two slots the
-/// first counts.
+/// Index from blocks of the auxiliary spheres to slots of the atlas. It takes eight bytes for each used slot and four
+/// for each row of blocks. If two slots show the same block, the first one counts. Immutable once made; any number of
+/// threads.
 class PatchSlots {
 public:
-    /// The atlas must be sound (patch_atlas_problem); it is not kept.
+    /// The atlas must be valid (patch_atlas_problem). It need not outlive the constructor.
     explicit PatchSlots(const PatchAtlas& atlas)
         : block_rows_(atlas.block_rows()), side_(atlas.block_side), columns_(atlas.columns),
           row_ends_(atlas.offsets_m.size() * static_cast<std::size_t>(block_rows_) + 1, 0) {
@@ -140,12 +138,12 @@ public:
             std::sort(blocks_.begin() + row_ends_[row], blocks_.begin() + row_ends_[row + 1]);
     }
 
-    /// -1 where no slot shows the block.
+    /// The slot that shows the block, as an index in PatchAtlas::slots; -1 if there is none.
     int slot_of(int offset_index, int block_x, int block_y) const {
         const Block* found = first_from(offset_index, block_x, block_y);
         return found != nullptr && found->x == block_x ? found->slot : -1;
     }
-    /// Whether a slot shows any of the blocks from `first_x` to `last_x` of a row.
+    /// Whether a slot shows any block from `first_x` to `last_x`, inclusive, of row `block_y`.
     bool shows_any(int offset_index, int first_x, int last_x, int block_y) const {
         const Block* found = first_from(offset_index, first_x, block_y);
         return found != nullptr && found->x <= last_x;
@@ -155,7 +153,8 @@ public:
         int x, y;
     };
 
-    /// The atlas pixel that shows pixel (x, y), within the grid, of auxiliary sphere `offset_index`.
+    /// The atlas pixel that shows pixel (x, y) of auxiliary sphere `offset_index`; nullopt if no slot does. The pixel
+    /// is within the sphere's grid.
     std::optional<AtlasPixel> atlas_pixel(int offset_index, int x, int y) const {
         const int slot = slot_of(offset_index, x / side_, y / side_);
         if (slot < 0)
@@ -173,7 +172,7 @@ private:
         return static_cast<std::size_t>(offset_index) * static_cast<std::size_t>(block_rows_) +
                static_cast<std::size_t>(block_y);
     }
-    /// Of a row's blocks the first one at `block_x` or to the right; null where there is none.
+    /// The first block of a row at `block_x` or to its right; null if there is none.
     const Block* first_from(int offset_index, int block_x, int block_y) const {
         const std::size_t row = row_of(offset_index, block_y);
         const Block* const end = blocks_.data() + row_ends_[row + 1];
@@ -182,7 +181,7 @@ private:
     }
 
     int block_rows_, side_, columns_;
-    std::vector<std::uint32_t> row_ends_;  ///< of each sphere's row, in blocks_; before the first one 0
+    std::vector<std::uint32_t> row_ends_;  ///< where each row of each sphere ends in blocks_; element 0 is 0
     std::vector<Block> blocks_;
 };
 

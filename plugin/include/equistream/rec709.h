@@ -1,5 +1,6 @@
 #pragma once
-/// Linear Rec.709, which all colours here are in: what colours of other primaries are in it, and luminance.
+/// Linear Rec.709, the colour space of all radiance in equistream: luminance, conversion from other primaries, and the
+/// sRGB transfer curve. Pure functions.
 #include <equistream/error.h>
 
 #include <plugin/formulas/scalars.h>
@@ -11,13 +12,13 @@
 
 namespace equistream {
 
-/// x and y of the primaries red, green, blue and of white.
+/// CIE 1931 x and y of red, green, blue and white.
 using Chromaticities = std::array<glm::dvec2, 4>;
 
 inline constexpr Chromaticities rec709_chromaticities = {
     glm::dvec2{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}, {0.3127, 0.3290}};
 
-/// Y of a vec3 or dvec3.
+/// Luminance Y of linear Rec.709, for a vec3 or dvec3 (ITU-R BT.709 coefficients).
 template <typename Colour>
 auto luminance(const Colour& c) {
     using T = typename Colour::value_type;
@@ -26,18 +27,19 @@ auto luminance(const Colour& c) {
 
 namespace primaries {
 
+/// CIE XYZ with Y = 1.
 inline glm::dvec3 xyz_of(const glm::dvec2& xy) {
     return {xy.x / xy.y, 1, (1 - xy.x - xy.y) / xy.y};
 }
 
-/// Columns are the primaries, scaled so that (1, 1, 1) is white.
+/// The matrix from linear RGB to CIE XYZ. Columns are the primaries, scaled so that (1, 1, 1) is white with Y = 1.
 inline glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
     const glm::dmat3 columns(xyz_of(c[0]), xyz_of(c[1]), xyz_of(c[2]));
     const glm::dvec3 scale = glm::inverse(columns) * xyz_of(c[3]);
     return {columns[0] * scale.x, columns[1] * scale.y, columns[2] * scale.z};
 }
 
-/// Lam's cone response matrix, as the ICC uses it.
+/// Chromatic adaptation of XYZ from one white to another, by the Bradford cone matrix (Lam 1985), as in ICC profiles.
 inline glm::dmat3 bradford(const glm::dvec2& from_white, const glm::dvec2& to_white) {
     const glm::dmat3 cones =
         glm::transpose(glm::dmat3(0.8951, 0.2664, -0.1614, -0.7502, 1.7135, 0.0367, 0.0389, -0.0685, 1.0296));
@@ -47,8 +49,9 @@ inline glm::dmat3 bradford(const glm::dvec2& from_white, const glm::dvec2& to_wh
 
 }  // namespace primaries
 
-/// Linear RGB with these primaries to linear Rec.709 (Bradford adaptation where the white differs); exactly the unit
-/// matrix where they are Rec.709's. Throws InputError naming `where` for primaries that span no colours.
+/// The matrix from linear RGB with these primaries to linear Rec.709, with Bradford adaptation if the white differs.
+/// Exactly the unit matrix for Rec.709's own primaries (each within 1e-4). Throws InputError naming `where` for
+/// primaries that span no triangle around white.
 inline glm::dmat3 to_rec709(const Chromaticities& from, const std::string& where) {
     bool same = true;
     for (std::size_t i = 0; i < from.size(); ++i)

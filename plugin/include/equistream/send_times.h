@@ -1,5 +1,5 @@
 #pragma once
-/// When the bytes of a recorded stream have to be sent, in their order, for its pictures to come in time.
+/// Send times of a recorded stream: when its bytes are due so that its pictures arrive in time.
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -7,31 +7,33 @@
 
 namespace equistream {
 
+/// A run of bytes that are due together: from the previous part's end to `end`.
 struct DueBytes {
-    std::int64_t end = 0;  ///< all bytes before this one, from the part before on
-    double time_s = 0;     ///< are due now, counted from when the first picture is shown
+    std::int64_t end = 0;  ///< offset in the file of the first byte after the run
+    double time_s = 0;     ///< due time; 0 is when the first picture is shown
 };
 
+/// One packet, sent in the order of decoding instead of the file's order.
 struct DuePacket {
-    std::int64_t start = 0;  ///< its place
-    double time_s = 0;       ///< as those of `parts`, if all packets lay in the order in which they are decoded
+    std::int64_t start = 0;  ///< offset in the file
+    double time_s = 0;       ///< due time; 0 is when the first picture of its own track is shown
 };
 
 struct SendTimes {
-    /// Both numbers rise from part to part; the first one, due at 0, has the header, the last one ends with the file.
+    /// Ends and times ascend. The first part holds the header and is due at 0; the last one ends at the file's end.
     std::vector<DueBytes> parts;
-    /// By their places; of Matroska none, where packets lie in that order.
+    /// In ascending order of `start`; empty for Matroska, which stores packets in the order of decoding.
     std::vector<DuePacket> packets;
-    double duration_s = 0;  ///< until the last picture has been shown for as long as the others; above 0
-    /// Until the last picture is shown, of the track in which that takes longest: from its own first picture on.
+    double duration_s = 0;  ///< from the first picture to the end of the last, each shown for 1 / frame rate; above 0
+    /// From the first to the last picture of the longest track.
     double longest_track_s = 0;
     bool is_matroska = false;
 };
 
-/// Reads the whole file once, without decoding. A packet is due when its picture is shown or, where one that is shown
-/// earlier lies behind it in the file (pictures are coded in another order; an mp4 may have a group of one track, then
-/// of the other), when that one is. Throws InputError for what is no video or does not say the times or places of its
-/// packets. Once `interrupted`, which is asked now and then, says so, what was read until then counts as all.
+/// Reads the whole file once, without decoding. A packet is due when its picture is shown, or earlier: no packet is due
+/// later than one behind it in the file. (Pictures are coded in another order, and an mp4 may store a group of one
+/// track before that of the next.) Throws InputError for a file that is no video, or whose packets have no times or
+/// offsets. Calls `interrupted` now and then; once it returns true, the packets read so far count as the whole file.
 SendTimes read_send_times(const std::string& file, const std::function<bool()>& interrupted = {});
 
 }  // namespace equistream

@@ -16,8 +16,8 @@
 
 namespace equistream {
 
-/// While it lives, C functions of this thread format and parse numbers as in the "C" locale. Other threads keep theirs.
-/// For libraries that parse the text of an option: what this project writes and reads itself goes by formatted() and
+/// While it lives, C functions of this thread format and parse numbers as in the "C" locale. Other threads keep their
+/// locale. For libraries that parse the text of an option; this project's own code uses formatted() and
 /// parsed_number().
 class PlainNumbers {
 public:
@@ -34,7 +34,7 @@ private:
     locale_t before_;
 };
 
-/// printf into a string, however long.
+/// printf into a string of any length, in the "C" locale.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
     const PlainNumbers plain;
     va_list arguments, again;
@@ -47,7 +47,7 @@ private:
     return text;
 }
 
-/// The whole text as a number: "-0.5", "1e9", "inf", "nan". Nothing if anything else stands in it.
+/// The whole text as a number: "-0.5", "1e9", "inf", "nan". nullopt if it has any other character, spaces too.
 inline std::optional<double> parsed_number(std::string_view text) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -56,7 +56,7 @@ inline std::optional<double> parsed_number(std::string_view text) {
     return value;
 }
 
-/// As short as reads back the same.
+/// `value` as text that reads back the same: %g if that suffices, else %.17g.
 inline std::string in_words(double value) {
     const std::string shorter = formatted("%g", value);
     return parsed_number(shorter) == value || std::isnan(value) ? shorter : formatted("%.17g", value);
@@ -67,7 +67,7 @@ inline std::string size_text(int width, int height) {
     return std::to_string(width) + "x" + std::to_string(height);
 }
 
-// Lists as people type and read them: words between commas.
+// Lists of words between commas.
 
 /// `text` without the spaces, tabs and carriage returns at its ends.
 inline std::string_view trimmed(std::string_view text) {
@@ -76,7 +76,7 @@ inline std::string_view trimmed(std::string_view text) {
     return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(space) - first + 1);
 }
 
-/// The words of a list, trimmed, empty ones included: always one more than there are commas. They refer to `list`.
+/// The words of a list, trimmed, empty words included: one more than the list has commas. They are views into `list`.
 inline std::vector<std::string_view> split_at_commas(std::string_view list) {
     std::vector<std::string_view> words;
     for (std::size_t begin = 0; begin <= list.size();) {
@@ -87,7 +87,7 @@ inline std::vector<std::string_view> split_at_commas(std::string_view list) {
     return words;
 }
 
-/// "a, b or c" of a, b and c; `last` stands before the last one: " or ".
+/// Joins words for a sentence: "a, b or c" for a, b, c. `last` is the text before the last word, such as " or ".
 template <typename Words>
 std::string in_a_sentence(const Words& words, std::string_view last) {
     std::string text;

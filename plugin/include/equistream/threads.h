@@ -1,5 +1,5 @@
 #pragma once
-/// How many threads work is worth, and starting them.
+/// Number of usable processors, and starting threads.
 #include <equistream/error.h>
 
 #include <sched.h>
@@ -12,8 +12,8 @@
 
 namespace equistream {
 
-/// How many processors this thread may run on, 1 at least: taskset, a container or a cluster's job may leave it few of
-/// the machine's.
+/// Number of processors that this thread may run on, at least 1. taskset, a container or a cluster's job may allow
+/// fewer than the machine has.
 inline unsigned usable_processors() {
     cpu_set_t usable;
     if (sched_getaffinity(0, sizeof usable, &usable) == 0)
@@ -21,7 +21,8 @@ inline unsigned usable_processors() {
     return std::max(1u, std::thread::hardware_concurrency());  // more than the set has room for
 }
 
-/// So many threads that share `work`, or as many of them as the system allows. Throws WorkError where it allows none.
+/// Starts `count` threads that each call a copy of `work`, or fewer if the system refuses more. Throws WorkError if it
+/// refuses the first one. The destructors of the threads join them.
 template <typename Work>
 std::vector<std::jthread> start_threads(unsigned count, const Work& work) {
     std::vector<std::jthread> threads;

@@ -1,7 +1,7 @@
 #pragma once
-/// A recorded stream of tiles (window.h, TrackRole::window), sent to each viewer without the tiles that it does not
-/// look at. All others of the stream's tracks are sent whole. A tile that comes into view begins with its last key
-/// frame, so that it is sharp with the next frame.
+/// Serving a recorded stream of tiles (window.h, TrackRole::window): each viewer gets only the tiles in its view. All
+/// other tracks are sent whole. A tile that comes into view is sent from its last key frame on, so that it is sharp
+/// with the next frame.
 #include <equistream/frame.h>
 #include <equistream/send_times.h>
 #include <equistream/window.h>
@@ -16,34 +16,34 @@
 
 namespace equistream {
 
-/// What a file of tiles holds. Plain values; copies share nothing.
+/// Content of a file of tiles. A plain value.
 struct TileRecording {
     std::string file;
     TileGrid grid;
-    FrameInfo first;                        ///< main's first frame: where the head was, and the sphere's axes
-    std::vector<std::optional<int>> tiles;  ///< of each of the file's tracks, its tile; nothing: it has none
-    SendTimes times;                        ///< when its bytes are due
+    FrameInfo first;                        ///< main's first frame: head, sphere and axes
+    std::vector<std::optional<int>> tiles;  ///< number of each track's tile, by track; nullopt: the track is no tile
+    SendTimes times;                        ///< when the file's bytes are due
 };
 
-/// Decodes the first picture of each track; nothing where the file is a stream without tiles. Throws InputError naming
-/// the file where it is no stream, or its tiles are not the parts of one sphere. Ends early, with less than all times,
-/// where `interrupted` says so, and throws InputError where too little was read by then.
+/// Reads the file once and decodes the first picture of each track. nullopt for a stream without tiles. Throws
+/// InputError naming the file if it is no stream, or its tiles are not the parts of one sphere. Once `interrupted`
+/// returns true, the call ends early with the send times read so far, or throws InputError if it has read too little.
 std::optional<TileRecording> open_tiles(const std::string& file, const std::function<bool()>& interrupted = {});
 
-/// What one viewer is sent, as Matroska. One object, one thread.
+/// Produces the Matroska stream for one viewer. One object, one thread.
 class TileSender {
 public:
-    /// Throws InputError where the file has gone.
+    /// `recording` outlives the object. Throws InputError if the file cannot be opened.
     explicit TileSender(const TileRecording& recording);
     ~TileSender();
     TileSender(const TileSender&) = delete;
     TileSender& operator=(const TileSender&) = delete;
 
-    /// When the next bytes are due, in seconds from the first; nothing: all has been sent.
+    /// When the next bytes are due, in seconds from the first; nullopt: everything has been sent.
     std::optional<double> due_s() const;
-    /// Appends what is due next: first the header, then one moment's pictures, of tiles only those that are looked at.
-    /// The first moment's are all sent, by which whoever reads knows each track. Throws WorkError where the file cannot
-    /// be read on.
+    /// Appends to `bytes` what is due next: at first the header, then the pictures of one moment at a time. Of the
+    /// tiles it sends only the numbers in `looked_at`, except at the first moment: then all, so that readers know every
+    /// track. Throws WorkError if libav cannot write the stream.
     void next(const std::set<int>& looked_at, std::string& bytes);
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What a viewer sends its server: docs/stream-format.md, "From the viewer". One object, one thread.
+/// Messages from a viewer to its server (docs/stream-format.md, "From the viewer"). One object, one thread.
 #include <equistream/camera.h>
 #include <equistream/window.h>
 
@@ -11,20 +11,21 @@
 namespace equistream {
 
 struct ViewerPose {
-    double time_s = 0;                 ///< of the picture on show
-    Pose head;                         ///< in the scene's world
-    std::optional<ViewExtent> view{};  ///< what the viewer shows; nothing: it does not say
-    bool steers = true;                ///< false: the head has only turned; the pose says where it looks
+    double time_s = 0;                 ///< time of the picture shown
+    Pose head;                         ///< world from head
+    std::optional<ViewExtent> view{};  ///< the viewer's field of view; nullopt: unknown
+    bool steers = true;  ///< true: a live server may render from here; false: the pose only gives the view
 };
 
+/// The message's bytes, header included.
 std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose);
 
-/// Finds messages in whatever comes. What is none is passed over, and so are messages of other versions and kinds;
+/// Finds messages in untrusted bytes. Skips bytes that form no message, and messages of other versions and kinds. Its
 /// memory is bounded.
 class ViewerMessageReader {
 public:
-    /// The next bytes, in pieces of any size. The last pose that has been completed by them and is one: finite numbers,
-    /// a unit quaternion.
+    /// Takes the next bytes, in pieces of any size. Returns the last valid pose that they complete, if any: finite
+    /// numbers, a position within 1e9 m less max_ipd_m, a unit quaternion within 1e-6.
     std::optional<ViewerPose> take(std::span<const std::uint8_t> bytes);
 
 private:

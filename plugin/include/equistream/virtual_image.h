@@ -1,15 +1,14 @@
 #pragma once
-/// How surfaces that mirror and refract are seen: normals, and where images lie. The one definition of the normal that
-/// hosts shade with and export: interpolated or mapped normals may point away
-/// from the viewer at a silhouette, where the surface itself does not. Template on the scalar (see conventions.h);
-/// C++17-clean.
+/// Visible normals, and virtual images in mirrors and glass. Hosts shade with visible_normal() and export it.
+/// Interpolated or mapped normals may point away from the viewer at a silhouette, where the surface itself does not.
+/// Templates on the scalar, as in conventions.h; C++17-clean.
 #include <equistream/conventions.h>
 
 #include <limits>
 
 namespace equistream {
 
-/// Least cosine between an exported normal and the direction to the viewer.
+/// Smallest cosine between an exported normal and the direction to the viewer.
 inline constexpr double min_viewer_cosine = 0.02;
 
 template <typename T>
@@ -23,8 +22,9 @@ Vector3<T> sum(const Vector3<T>& a, T factor, const Vector3<T>& b) {
     return {a.x + factor * b.x, a.y + factor * b.y, a.z + factor * b.z};
 }
 
-/// The unit shading normal on the side of `geometric` and never edge-on to the viewer or behind; `geometric` itself if
-/// `shading` has no length. `geometric` and `viewer` are unit and on the same side.
+/// The unit shading normal, flipped to the side of `geometric`, and bent towards the viewer until its cosine is
+/// min_viewer_cosine or more. `geometric` itself if `shading` has no length. `geometric` and `viewer`, the direction to
+/// the viewer, are unit vectors on the same side of the surface.
 template <typename T>
 Vector3<T> visible_normal(const Vector3<T>& shading, const Vector3<T>& geometric, const Vector3<T>& viewer) {
     using std::sqrt;
@@ -41,57 +41,60 @@ Vector3<T> visible_normal(const Vector3<T>& shading, const Vector3<T>& geometric
     return {normalise * n.x, normalise * n.y, normalise * n.z};
 }
 
-// Where a thing that is seen in mirrors and through glass appears to lie.
+// Apparent position of objects that are seen in mirrors and through glass.
 //
-// A pencil is a ray from the eye with the derivatives of its place and direction by four numbers: how far the eye
-// moves across the ray (two directions) and how far the ray turns at the eye (the same two). Carried along the ray,
-// surface by surface (H. Igehy, "Tracing Ray Differentials", SIGGRAPH 1999), it ends at a point X with the offsets
-// across the ray there: A y + B t for an eye moved by y and a ray turned by t. The eye moved by y sees X where A y + B
-// t = 0, so its direction turns by t = -K y with K = B^-1 A. Of an image at distance v that is -y / v: 1 / v is K, a
-// number for plane mirrors (v is the path's length), and a matrix with two principal directions for curved ones. The
-// one number that errs least, in mean square over y, is half the trace of K. The thing moved by x across its ray is
+// A pencil is a ray from the eye with the derivatives of its position and direction by four numbers: the eye's shift
+// across the ray (two directions) and the ray's turn at the eye (the same two). It is propagated along the ray, surface
+// by surface (H. Igehy, "Tracing Ray Differentials", SIGGRAPH 1999). It ends at a point X, where an eye shifted by y
+// and a ray turned by t give the offset A y + B t across the ray. The shifted eye sees X where A y + B t = 0, so its
+// direction turns by t = -K y with K = B^-1 A. For an image at distance v the turn is -y / v. So 1 / v is K: a number
+// for plane mirrors, where v is the path's length, and a matrix with two principal directions for curved ones. The
+// number with the least mean square error over y is half the trace of K. If the object moves by x across its ray, it is
 // seen turned by B^-1 x.
 //
-// Template on the scalar (see conventions.h); C++17-clean. Pure functions of values.
+// Pure functions of values.
 
-/// Sharp surfaces that are followed at most, the first one among them.
+/// Most sharp surfaces that are followed along a ray, the first one included.
 inline constexpr unsigned max_sharp_surfaces = 8;
 
-/// A surface is seen as what it mirrors or lets through where more than this share of what it sends on leaves sharply.
-/// Below it the surface's own light, which stays where the surface is, is too much of what is seen.
+/// A surface counts as specular if more than this share of the light that it sends on leaves as a sharp reflection or
+/// refraction. Otherwise too much of the visible light is the surface's own, which does not move like the image.
 inline constexpr float min_sharp_share = 0.75f;
-/// What is above it in the AOV `specular`, a mask of 0 and 1, is such a surface.
+/// Samples of the AOV `specular`, a mask of 0 and 1, above this value are such surfaces.
 inline constexpr float min_specular = 0.5f;
 
+/// Lengths in metres. The derivatives are by the four numbers above, in the order of `count`.
 template <typename T>
 struct Pencil {
-    static constexpr int count = 4;  ///< the eye moved along across[0], [1]; the ray turned towards across[0], [1]
+    static constexpr int count = 4;  ///< the eye shifted along across[0], [1]; the ray turned towards across[0], [1]
 
     Vector3<T> across[2];        ///< unit, across the ray at the eye
-    Vector3<T> direction;        ///< unit, of the ray as it goes on
-    Vector3<T> position[count];  ///< derivatives of the place reached; what lies along the ray does not count
+    Vector3<T> direction;        ///< unit, of the ray behind the last surface
+    Vector3<T> position[count];  ///< derivatives of the position reached; components along the ray do not matter
     Vector3<T> turn[count];      ///< derivatives of the direction
 
+    /// A pencil at the eye; `direction` is unit.
     static Pencil from_eye(const Vector3<T>& direction);
 
+    /// Propagates along the ray.
     void travel(T distance);
-    /// Moves the derivatives of the place into a surface; `normal` is the surface's own, geometric one.
+    /// Projects the derivatives of the position along the ray onto a surface, whose geometric normal is `normal`.
     void onto_surface(const Vector3<T>& normal);
-    /// At a mirror: `normal` is the unit shading normal, `bend` its derivatives for the movements in `position`.
+    /// Reflection: `normal` is the unit shading normal, `bend` its derivatives by the same four numbers.
     void reflect(const Vector3<T>& normal, const Vector3<T> (&bend)[count]);
-    /// Into another medium: `normal` on the side that the ray comes from, `eta` index of refraction here over there.
-    /// Not for total reflection.
+    /// Refraction into another medium: `normal` on the incident side, `eta` the index of refraction of the incident
+    /// medium over that of the other. Not for total reflection.
     void refract(const Vector3<T>& normal, const Vector3<T> (&bend)[count], T eta);
 
-    /// v: how far from the eye along its ray the point reached appears to lie; of what is infinitely far in the ray's
-    /// direction if `without_end`. +inf for an image at infinity, beyond it or behind the eye.
+    /// v: apparent distance, from the eye along its ray, of the point reached; with `without_end`, of an object
+    /// infinitely far in the ray's direction. +inf for an image at infinity, beyond it or behind the eye.
     template <typename Mask>
     T image_distance(const Mask& without_end) const;
-    /// Where the image at `distance` goes, from the eye, when the point reached moves: a vector of the eye's space.
+    /// Movement of the image at `distance` from the eye when the point reached moves by `movement`; world space.
     Vector3<T> image_movement(const Vector3<T>& eye_direction, T distance, const Vector3<T>& movement) const;
 
 private:
-    /// Columns a and b: offsets across the ray.
+    /// The 2x2 matrices A and B.
     struct Offsets {
         T a11, a12, a21, a22, b11, b12, b21, b22;
     };
@@ -108,7 +111,7 @@ Vector3<T> cross(const Vector3<T>& a, const Vector3<T>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// A unit vector across a unit vector.
+/// A unit vector perpendicular to a unit vector.
 template <typename T>
 Vector3<T> any_across(const Vector3<T>& d) {
     using std::sqrt;

@@ -1,9 +1,9 @@
 #pragma once
-/// A window: the part of a sphere that the eyes look at, denser than the whole sphere around it (the base).
+/// A window: the region of a dense sphere around the gaze. The whole sphere around it, the base, has fewer pixels.
 ///
-/// A window is a rectangle of pixels of a full sphere of `columns` x `rows`, the grid, which stays with the sphere's
-/// axes. It lies on whole blocks of the grid, so that a codec finds a still picture where only the gaze moves. It goes
-/// on across the seam and never over a pole. Everything is a plain value; all functions are pure and thread-safe.
+/// A window is a rectangle of pixels of a full sphere of `columns` x `rows`, the grid, which is fixed to the sphere's
+/// axes. It lies on whole blocks of the grid, so that a codec predicts still content exactly while the window moves. It
+/// may cross the seam, and never a pole. Everything is a plain value; all functions are pure and thread-safe.
 #include <equistream/bound.h>
 #include <equistream/camera.h>
 #include <equistream/error.h>
@@ -18,10 +18,10 @@
 
 namespace equistream {
 
-/// Pixels that a window moves by: what H.264 and H.265 predict as a whole.
+/// Step of a window's position and size, in pixels: a macroblock of H.264.
 inline constexpr int window_block_px = 16;
 
-/// What all windows of a sequence have in common, in pixels.
+/// Sizes that all windows of a sequence share, in pixels.
 struct WindowGrid {
     int columns = 0, rows = 0;  ///< of the whole sphere; rows are half the columns
     int width = 0, height = 0;  ///< of the window
@@ -34,8 +34,8 @@ struct WindowPlace {
     bool operator==(const WindowPlace&) const = default;
 };
 
-/// What is wrong with a grid, in words; nothing if it is sound. `columns` must be a multiple of 16 and twice the rows;
-/// a window is a whole number of blocks wide and high, narrower than the sphere and no higher.
+/// What is wrong with a grid, in words; nullopt if it is valid. `columns` must be a multiple of 16 and twice the rows.
+/// A window is a whole number of blocks wide and high, narrower than the sphere and at most as high.
 inline std::optional<std::string> window_grid_problem(const WindowGrid& grid) {
     const auto is_blocks = [](int pixels) { return pixels > 0 && pixels % window_block_px == 0; };
     if (!is_blocks(grid.columns) || grid.rows * 2 != grid.columns)
@@ -50,7 +50,8 @@ inline std::optional<std::string> window_grid_problem(const WindowGrid& grid) {
     return std::nullopt;
 }
 
-/// A sound grid whose window covers at least so much. Throws nothing; window_grid_problem says what is wrong.
+/// The grid whose window covers at least these angles, rounded up to whole blocks and limited to the sphere. It may be
+/// invalid: check window_grid_problem().
 inline WindowGrid window_grid(int columns, double width_rad, double height_rad) {
     const auto blocks = [&](double angle_rad, int most) {
         const double pixels = std::clamp(angle_rad * columns / (2 * pi), 0.0, double(most));
@@ -59,7 +60,7 @@ inline WindowGrid window_grid(int columns, double width_rad, double height_rad) 
     return {columns, columns / 2, blocks(width_rad, columns), std::min(blocks(height_rad, columns / 2), columns / 2)};
 }
 
-/// Longitudes from -2 pi to 2 pi, as camera_limits.h wants them.
+/// Longitudes and latitudes of a window. Longitudes lie from -2 pi to 2 pi, within the limits of camera_limits.h.
 inline LongitudeLatitudeRange window_range(const WindowGrid& grid, WindowPlace place) {
     const double step = 2 * pi / grid.columns;
     LongitudeLatitudeRange range;
@@ -78,7 +79,8 @@ inline EquirectCamera window_camera(const WindowGrid& grid, WindowPlace place) {
     return {grid.width, grid.height, window_range(grid, place)};
 }
 
-/// A window's pixels of a picture of the whole sphere, which do not cross its seam; nothing of an empty picture.
+/// Copies a window's pixels from a picture of the whole sphere, or nothing from an empty one. The window does not cross
+/// the seam.
 template <typename Sample>
 Image<Sample> window_pixels(const Image<Sample>& sphere, const WindowGrid& grid, WindowPlace place) {
     if (sphere.empty())
@@ -89,13 +91,13 @@ Image<Sample> window_pixels(const Image<Sample>& sphere, const WindowGrid& grid,
     return part;
 }
 
-/// A window straight ahead: what all windows of a sequence are told by, wherever they are.
+/// A camera for a window straight ahead: it stands for all windows of a sequence in the manifest.
 inline EquirectCamera window_shape(const WindowGrid& grid) {
     const double half_width = grid.width * pi / grid.columns, half_height = grid.height * pi / grid.columns;
     return {grid.width, grid.height, {-half_width, half_width, -half_height, half_height}};
 }
 
-/// What is wrong with a place, in words; nothing if a window may be there.
+/// What is wrong with a place, in words; nullopt if a window may be there.
 inline std::optional<std::string> window_place_problem(const WindowGrid& grid, WindowPlace place) {
     const auto is_block = [](int corner, int last) {
         return corner >= 0 && corner <= last && corner % window_block_px == 0;
@@ -108,7 +110,7 @@ inline std::optional<std::string> window_place_problem(const WindowGrid& grid, W
                           std::to_string(place.x) + ", " + std::to_string(place.y));
 }
 
-/// The inverse of window_range; nothing for a range that no window of the grid has.
+/// The inverse of window_range; nullopt for a range that no window of the grid has (within 1e-9 radians).
 inline std::optional<WindowPlace> window_place(const WindowGrid& grid, const LongitudeLatitudeRange& range) {
     const double step = 2 * pi / grid.columns;
     const auto column = static_cast<int>(std::lround((range.longitude_min + pi) / step));
@@ -123,7 +125,7 @@ inline std::optional<WindowPlace> window_place(const WindowGrid& grid, const Lon
     return place;
 }
 
-/// The window whose middle is nearest to a direction in the sphere's axes, on whole blocks.
+/// The window, on whole blocks, whose middle is nearest to `gaze`, a direction in the sphere's axes.
 inline WindowPlace window_around(const WindowGrid& grid, const glm::dvec3& gaze) {
     const EquirectCamera sphere{grid.columns, grid.rows, {}};
     const glm::dvec2 middle = sphere.pixel(gaze);
@@ -133,18 +135,18 @@ inline WindowPlace window_around(const WindowGrid& grid, const glm::dvec3& gaze)
             std::clamp(y, 0, (grid.rows - grid.height) / window_block_px * window_block_px)};
 }
 
-/// Keeps a window where it is until the gaze has come so near to its border that it must move: then it is put around
-/// the gaze. One gaze, one thread.
+/// Moves a window with a gaze: it stays until the gaze is farther than slack_px() from its middle, and is then centred
+/// on the gaze. One object for each gaze; one thread.
 class WindowFollower {
 public:
     explicit WindowFollower(const WindowGrid& grid) : grid_(grid) {}
 
-    /// How far the gaze may go from the window's middle along a side: an eighth of that, but a block at least, so that
-    /// the window does not tremble.
+    /// Largest distance of the gaze from the window's middle along a side, in pixels: an eighth of the side, and at
+    /// least a block, so that the window does not jitter.
     static int slack_px(int side) { return std::max(side / 8, window_block_px); }
 
     const WindowGrid& grid() const { return grid_; }
-    /// `gaze`: where the eyes will look, in the sphere's axes.
+    /// The window for this gaze, a direction in the sphere's axes.
     WindowPlace place(const glm::dvec3& gaze) {
         const WindowPlace wanted = window_around(grid_, gaze);
         if (!place_ || distance(wanted.x, place_->x) > slack_px(grid_.width) ||
@@ -163,25 +165,25 @@ private:
     std::optional<WindowPlace> place_;
 };
 
-// Tiles: windows that lie side by side and together cover a denser sphere, so that each viewer can be sent those that
-// it looks at.
+// Tiles: adjacent windows that together cover a denser sphere. A server sends each viewer the tiles in its view.
 
-/// So many across and down.
+/// Number of tiles across and down.
 struct TileGrid {
     int columns = 0, rows = 0;
     int count() const { return columns * rows; }
     bool operator==(const TileGrid&) const = default;
 };
 
-/// Of a sphere of so many columns, each as wide and high as the others; rows from the top, left to right.
+/// Sizes of the tiles of a sphere with so many columns. All tiles have one size.
 inline WindowGrid tile_grid(int sphere_columns, const TileGrid& tiles) {
     return {sphere_columns, sphere_columns / 2, sphere_columns / tiles.columns, sphere_columns / 2 / tiles.rows};
 }
+/// Upper left corner of a tile. Tiles are numbered from 0, row by row from the top, left to right.
 inline WindowPlace tile_place(const WindowGrid& grid, const TileGrid& tiles, int tile) {
     return {tile % tiles.columns * grid.width, tile / tiles.columns * grid.height};
 }
 
-/// What is wrong with tiles, in words; nothing if they can be made.
+/// What is wrong with a grid of tiles, in words; nullopt if it is valid.
 inline std::optional<std::string> tile_problem(int sphere_columns, const TileGrid& tiles) {
     if (tiles.columns < 2 || tiles.rows < 1)
         return expected_found("tiles", "at least 2 across and 1 down", size_text(tiles.columns, tiles.rows));
@@ -194,16 +196,16 @@ inline std::optional<std::string> tile_problem(int sphere_columns, const TileGri
                           size_text(tiles.columns, tiles.rows));
 }
 
-/// Which part of which sphere a tile is.
+/// A tile's position in its sphere.
 struct TilePart {
     TileGrid grid;
-    WindowGrid windows;  ///< the sphere's pixels, and a tile's
+    WindowGrid windows;  ///< size of the sphere and of a tile, in pixels
     WindowPlace place;
     bool is_of_same_sphere(const TilePart& other) const { return grid == other.grid && windows == other.windows; }
     int number() const { return place.y / windows.height * grid.columns + place.x / windows.width; }
 };
 
-/// The inverse of tile_grid and tile_place; nothing for a camera that is no tile of a sphere that images may hold.
+/// The inverse of tile_grid and tile_place; nullopt for a camera that is no tile of a sphere within image.h's limits.
 inline std::optional<TilePart> tile_part(const EquirectCamera& camera) {
     const double across = 2 * pi / camera.range.longitude_span(), down = pi / camera.range.latitude_span();
     if (!(across * camera.width <= max_image_side && down <= max_image_side))
@@ -221,7 +223,7 @@ inline std::optional<TilePart> tile_part(const EquirectCamera& camera) {
     return part;
 }
 
-/// A view's extent: the tangents of half its width and half its height.
+/// Extent of a symmetric view: the tangents of half its horizontal and half its vertical field of view.
 struct ViewExtent {
     double half_width = 1, half_height = 1;
     bool operator==(const ViewExtent&) const = default;
@@ -230,21 +232,21 @@ inline ViewExtent extent_of(const PerspectiveCamera& view) {
     const double focal_px = view.focal_px();
     return {0.5 * view.width / focal_px, 0.5 * view.height / focal_px};
 }
-/// The same with so much more at each side, below 90 degrees.
+/// The extent widened by `guard_rad` at each side, to at most 89 degrees from the axis.
 inline ViewExtent widened(const ViewExtent& extent, double guard_rad) {
     constexpr double widest_rad = 89 * pi / 180;
     const auto wider = [&](double tangent) { return std::tan(std::min(std::atan(tangent) + guard_rad, widest_rad)); };
     return {wider(extent.half_width), wider(extent.half_height)};
 }
 
-/// Adds to `seen` the numbers of those tiles that a view meets. `sphere_from_view` turns a direction in the view's axes
-/// into the sphere's. Looks along rays that lie closer than half a tile, however wide the view is; where tiles run to a
-/// point, at the poles, it looks for that.
+/// Adds the numbers of the tiles in a view to `seen`. `sphere_from_view` rotates directions from the view's axes to the
+/// sphere's. It samples the view by rays that are at most half a tile apart. Tiles meet in a point at each pole, which
+/// it tests separately.
 inline void add_tiles_seen(const TileGrid& tiles, const glm::dquat& sphere_from_view, const ViewExtent& extent,
                            std::set<int>& seen) {
     const double widest_step_rad = std::min(pi / tiles.columns, 0.5 * pi / tiles.rows);
     const EquirectCamera sphere{tiles.columns, tiles.rows, {}};  // a pixel is a tile
-    // Rays are no farther apart than the numbers whose hyperbolic sines are their tangents.
+    // Tangents of the rays are sinh of evenly spaced numbers, so adjacent rays differ in angle by at most that spacing.
     const double across = std::asinh(extent.half_width), down = std::asinh(extent.half_height);
     const auto steps = [&](double half) { return std::max(32, int(std::ceil(2 * half / widest_step_rad))); };
     const auto tangent = [](int step, int of, double half) { return std::sinh((2.0 * step / of - 1) * half); };
@@ -264,27 +266,29 @@ inline void add_tiles_seen(const TileGrid& tiles, const glm::dquat& sphere_from_
     }
 }
 
-/// Of the views that a base's depth is coded for. Its pixels are larger than its window's, and its depth may be coarser
-/// by the same factor.
+/// Focal length, in pixels, of the views that a base's depth is coded for. The base has larger pixels than its window,
+/// so its depth may be coarser by the same factor.
 inline double base_focal_length_px(const Camera& base, const Camera& window) {
     return default_focal_length_px * std::min(1.0, pixel_angle_rad(window) / pixel_angle_rad(base));
 }
 
-/// Which pixels of the base, a whole sphere of fewer pixels, a window covers entirely, and what they show of it.
+/// The pixels of a base, a full sphere with fewer pixels, that a window covers entirely, and their colours by the
+/// window.
 class WindowCover {
 public:
     WindowCover(const WindowGrid& grid, WindowPlace place, int base_width, int base_height)
         : columns_(grid.columns, base_width, place.x, grid.width), rows_(grid.rows, base_height, place.y, grid.height) {
     }
 
-    /// All pixels of a rectangle of the base that does not go over its seam.
+    /// Whether the window covers all pixels of a rectangle of the base, which does not cross the base's seam.
     bool covers(int x, int y, int width = 1, int height = 1) const {
         const std::int64_t from_first = x - columns_.first;
         const std::int64_t column = (from_first % columns_.base + columns_.base) % columns_.base;
         return column + width <= columns_.count && y >= rows_.first && y + height <= rows_.first + rows_.count;
     }
 
-    /// Gives them the mean of the window's pixels, each by how much of it lies within. Both have the same channels.
+    /// Sets each covered pixel of `base` to the mean of the window's pixels, weighted by their overlap (box filter).
+    /// Both have the same channels.
     void put(ImageView<const float> window, ImageView<float> base) const {
         std::vector<double> sum(static_cast<std::size_t>(base.channels));
         for (std::int64_t j = rows_.first; j < rows_.first + rows_.count; ++j)
@@ -302,13 +306,14 @@ public:
     }
 
 private:
-    /// Along one axis, exactly: lengths are in pixels of the grid times pixels of the base.
+    /// Cover along one axis, in integers: the unit of length is 1 / (grid pixels x base pixels) of the axis.
     struct Axis {
         Axis(int grid_pixels, int base_pixels, int corner, int size)
             : grid(grid_pixels), base(base_pixels), begin(corner * base), first((begin + grid - 1) / grid),
               count(std::max<std::int64_t>((begin + size * base) / grid - first, 0)) {}
 
-        /// Pixels of the window under one of the base that it covers, and their shares of it.
+        /// Calls `use` with each pixel of the window that overlaps a covered pixel of the base, and its share of that
+        /// pixel.
         template <typename Use>
         void each_below(std::int64_t pixel, const Use& use) const {
             const std::int64_t from = pixel * grid - begin, to = from + grid;
@@ -319,8 +324,8 @@ private:
         }
 
         std::int64_t grid, base;
-        std::int64_t begin;         ///< of the window
-        std::int64_t first, count;  ///< of the base's pixels that are covered; beyond the seam they go on
+        std::int64_t begin;         ///< where the window begins
+        std::int64_t first, count;  ///< covered pixels of the base; they may continue beyond the seam
     };
 
     Axis columns_, rows_;

@@ -41,7 +41,7 @@ def of_views(name):
 
 WAYS = {"surface": Way("surface, client's geometry", ("--method", "eye-depth", "--scene", "scene/motion.json")),
         "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream"), tracks=("main", "depth")),
-        "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--carry", "0"), tracks=("main", "depth")),
+        "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--extrapolate", "0"), tracks=("main", "depth")),
         "sphere": Way("turned only", ("--method", "rotation")),
         "views": Way(f"both eyes' views of {FOV_DEG} degrees, turned", ("--method", "rotation"), of_views("views")),
         "wide-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, turned", ("--method", "rotation"), of_views("wide-views")),

@@ -122,7 +122,7 @@ def divided(render, measured, options):
     count = render["last_frame"] - render["first_frame"] + 1
     if not render["independent"]:
         if options.parts or options.chunk:
-            raise Refused("expected frames that hang on no other for --chunk and --parts, found --accumulate or --patches, whose frames go on from the one before")
+            raise Refused("expected independent frames for --chunk and --parts, found --accumulate or --patches, whose frames need the ones before")
         return count, 1
     parts = options.parts or 1
     if parts > 1 and options.chunk:

@@ -134,7 +134,7 @@ class Accumulate(unittest.TestCase):
 
     def test_other_streams_stay_as_they_are(self):
         out, said = self.render("layers", "--frames", "0-1", "--spp", "1", "--accumulate", "8", "--aovs", "depth", "--layers")
-        self.assertIn("--accumulate is for the first surfaces; --layers stays as rendered", said)
+        self.assertIn("--accumulate averages the first surfaces only; --layers is not averaged", said)
         plain, _ = self.render("plain", "--frames", "0-1", "--spp", "1", "--aovs", "depth", "--layers")
         self.assertEqual(json.loads((out / "manifest.json").read_text())["accumulated_frames"], 8)
         self.assertEqual(sorted(planes_of(out / "frame.0001.exr")), sorted(planes_of(plain / "frame.0001.exr")))

@@ -372,7 +372,7 @@ class BadInput(unittest.TestCase):
             frame.write_bytes(frame.read_bytes().replace(name, b"equistream:otherone"))
         result = run("play", folder, "--frames", "0", "--size", "64x36", "--scene", self.scene, "--out", self.out / "views")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("does not name its geometry", result.stdout)
+        self.assertIn("carries no geometry fingerprint", result.stdout)
 
     def test_a_damaged_picture_is_one_line(self):
         views = self.out / "views"
@@ -520,11 +520,11 @@ class BadInput(unittest.TestCase):
         shutil.copytree(self.root / "good", render)
         before = {file: file.read_bytes() for file in render.rglob("*") if file.is_file()}
         frame = render / "centre/frame.0000.exr"
-        self.assert_refused(run("compare", frame, render / "centre/frame.0001.exr", "--metrics", "psnr", "--out", frame), 2, f"--out {frame}: expected another place than what is read")
-        self.assert_refused(run("export", render / "centre", "--out", render / "centre", "--layout", "parts", "--overwrite"), 2, "expected a place outside what is read")
-        self.assert_refused(run("export", render, "--out", render, "--layout", "parts"), 2, "expected a place outside what is read")
+        self.assert_refused(run("compare", frame, render / "centre/frame.0001.exr", "--metrics", "psnr", "--out", frame), 2, f"--out {frame}: expected an output that is not the input")
+        self.assert_refused(run("export", render / "centre", "--out", render / "centre", "--layout", "parts", "--overwrite"), 2, "expected an output outside the input")
+        self.assert_refused(run("export", render, "--out", render, "--layout", "parts"), 2, "expected an output outside the input")
         self.assert_refused(run("import", render / "centre", "--out", render, "--overwrite"), 2, "expected another folder than what is imported lies in")
-        self.assert_refused(run("import", render / "centre", "--out", render / "centre"), 2, f"--out {render / 'centre'}: expected another place than what is read")
+        self.assert_refused(run("import", render / "centre", "--out", render / "centre"), 2, f"--out {render / 'centre'}: expected an output that is not the input")
         self.assertEqual({file: file.read_bytes() for file in render.rglob("*") if file.is_file()}, before)
 
     def test_a_stream_that_is_closed_is_no_file_that_is_written(self):

@@ -69,15 +69,15 @@ class Models(Commands):
         self.assertEqual(contents(self.scenes), before)
 
     def test_a_scene_is_not_replaced_by_its_model(self):
-        self.assert_kept(self.description, "expected another place than what is read, found", self.description)
+        self.assert_kept(self.description, "expected an output that is not the input, found", self.description)
         link = self.out / "link.json"
         link.symlink_to(self.description)
-        self.assert_kept(link, "expected another place than what is read")
+        self.assert_kept(link, "expected an output that is not the input")
 
     def test_geometry_is_not_replaced_under_another_name(self):
         (self.scenes / "again.glb").hardlink_to(self.scenes / "motion.glb")
         before = contents(self.scenes)
-        self.refused(["model", self.description, *QUICK, "--out", self.scenes / "again.json"], "expected another place than what is read", "motion.glb")
+        self.refused(["model", self.description, *QUICK, "--out", self.scenes / "again.json"], "expected an output that is not the input", "motion.glb")
         self.assertEqual(contents(self.scenes), before)
 
     def test_a_path_too_long_for_boxes_all_along_it_is_told(self):
@@ -136,7 +136,7 @@ class Models(Commands):
     def test_a_host_in_a_settings_file_must_be_the_one_that_runs(self):
         settings = self.out / "host.ini"
         settings.write_text("[render]\nhost = mitsuba\n")
-        self.refused(["render", self.description, "--settings", settings, "--out", self.out / "frames"], "--host: expected embree", "by the command line alone")
+        self.refused(["render", self.description, "--settings", settings, "--out", self.out / "frames"], "--host: expected embree", "on the command line only")
         settings.write_text("[render]\nhost = embree\n")
         self.done("render", self.description, "--settings", settings, "--dry-run", "--out", self.out / "frames")
 
@@ -182,7 +182,7 @@ class Views(Commands):
         before = contents(self.out)
         for words in (self.play(walk, source=walk), self.play(self.out / "cut.mkv", source=part),
                       self.play(both.parent, "--format", "mp4", "--layout", "sbs", source=both)):
-            self.refused(words, "expected another place than what is read, found")
+            self.refused(words, "expected an output that is not the input, found")
             self.assertEqual(contents(self.out), before)
 
     def test_a_view_that_nothing_could_read_is_refused(self):
@@ -194,7 +194,7 @@ class Views(Commands):
         shutil.copytree(self.frames / "centre", frames / "left", ignore=shutil.ignore_patterns("manifest.json"))
         before = contents(frames)
         for source in (frames, frames / "left"):
-            self.refused(self.play(frames, "--overwrite", source=source), "expected another place than what is read")
+            self.refused(self.play(frames, "--overwrite", source=source), "expected an output that is not the input")
             self.assertEqual(contents(frames), before)
 
     def assert_kept(self, views, other, *mentions):
@@ -231,7 +231,7 @@ class Views(Commands):
         views = self.out / "views"
         self.done(*self.play(views))
         (views / "report.json").unlink()
-        self.assert_kept(views, self.play(views), f"{views}: expected a report.json that says what its views are of")
+        self.assert_kept(views, self.play(views), f"{views}: expected a report.json with the settings of its views")
 
     def kill_while_playing(self, views):
         process = subprocess.Popen([BIN / "equistream", *map(str, self.play(views, "--repeat", 3000))], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -266,7 +266,7 @@ class Views(Commands):
         (frames / "centre" / "frame.0002.exr").unlink()
         views = self.out / "views"
         self.done("play", frames, *PLAY, "--frames", "0-4", "--out", views)
-        self.assertIn(f"{frames} lacks frames between others: 1, from 2 on", json.loads((views / "report.json").read_text())["notes"])
+        self.assertIn(f"{frames}: frames missing in between: 1, the first is 2", json.loads((views / "report.json").read_text())["notes"])
         for asked in ("1-3", "3-100"):
             self.refused(["export", frames, "--frames", asked, "--out", self.out / "comp"], f"expected frames {asked}, found no frame.")
         self.done("export", frames, "--frames", "3-4", "--out", self.out / "comp")
@@ -297,7 +297,7 @@ class Scores(Commands):
     def test_scores_do_not_take_the_place_of_what_play_says(self):
         before = contents(self.out)
         self.refused(["compare", self.views, self.views, "--metrics", "psnr", "--out", self.views / "report.json"],
-                     "report.json: expected another place than what is read")
+                     "report.json: expected an output that is not the input")
         self.assertEqual(contents(self.out), before)
 
     def test_scores_replace_earlier_scores_alone(self):
@@ -341,10 +341,10 @@ class Options(Commands):
         self.assertEqual((found["second_truth"], eye["flicker"]["motion"]), (str(truths[1]), "exact"))
         self.assertLess(eye["whole"]["linear"]["mean_square_low"], eye["whole"]["linear"]["mean_square"])
 
-    def test_nothing_is_carried_on_without_refreshes(self):
+    def test_nothing_is_extrapolated_without_refreshes(self):
         for value in (0, 7):
-            self.refused(["play", self.frames, *PLAY, "--frames", 0, "--carry", value, "--out", self.out / "views"],
-                         "--carry: expected --refresh or --network beside it, found neither")
+            self.refused(["play", self.frames, *PLAY, "--frames", 0, "--extrapolate", value, "--out", self.out / "views"],
+                         "--extrapolate: expected --refresh or --network as well, found neither")
 
     def test_pixels_are_square_by_default_and_where_they_are_not_that_is_told(self):
         render = ["render", self.scene, "--dry-run", "--out", self.out / "frames"]
@@ -398,7 +398,7 @@ class Windows(Commands):
     def test_those_that_cannot_be(self):
         size = "--window: expected a width above 0 and below 360 degrees, a height of at most 180, found "
         density = "--density: expected a multiple of 32, more than the 32 columns of a sphere of --size 32x16, up to 32768, found "
-        whole = "--window: expected one whole sphere, without what fills its gaps, found "
+        whole = "--window: expected a whole sphere of one eye, without --layers and --patches, found "
         gaze = ["--window", "gaze,60x45"]
         for words, line in [
             (["--window", "1"], "--window: expected AZ,EL,WxH or gaze,WxH in degrees, found '1'"),
@@ -447,18 +447,18 @@ class Tiles(Commands):
             (["--tiles", "0x2"], "--tiles"),
             (["--tiles", "8"], "--tiles"),
             (["--tiles", "99999999999x1"], "--tiles"),
-            (["--base", 128], "--base: expected --tiles, whose base it is, found no tiles"),
+            (["--base", 128], "--base: expected --tiles as well, found no tiles"),
             (["--fill", "none", "--fill-crf", 30], "--fill-crf: expected tracks that fill gaps (--fill), found none"),
             (["--fill", "none", "--depth-share", 0.5], "--depth-share: expected depth that is coded (--depth), found none"),
             (["--fill", "none", "--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found none"),
-            (["--depth-share", 0.5], "--depth-share: expected depth that is coded (--depth), found a hidden layer's alone"),
-            (["--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found a hidden layer's alone"),
-            (["--depth-crf", 30, "--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found a hidden layer's alone"),
+            (["--depth-share", 0.5], "--depth-share: expected depth that is coded (--depth), found depth of the hidden layer only"),
+            (["--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found depth of the hidden layer only"),
+            (["--depth-crf", 30, "--depth-scale", 2], "--depth-scale: expected depth that is coded (--depth), found depth of the hidden layer only"),
             ([*tiles, "--base", 5], base + "5"),
             ([*tiles, "--base", -128], "--base"),
             ([*tiles, "--base", 256], base + "256"),
             ([*tiles, "--base", 130], base + "130"),
-            ([*tiles, "--motion", "auto"], "--tiles 4x2: expected --motion none: what moves is said of whole spheres, found auto"),
+            ([*tiles, "--motion", "auto"], "--tiles 4x2: expected --motion none, as motion is coded for whole spheres only, found auto"),
             ([*tiles, "--fill", "hidden"], "--tiles 4x2: expected a whole sphere with a small stream at most (--fill none or small), found hidden in "),
         )
 

@@ -82,14 +82,14 @@ class Interrupts(unittest.TestCase):
         status, (line,) = self.interrupted("export", self.frames, "--out", comp)
         begin = re.search(r"--frames (\d+)-", line)
         self.assertTrue(begin, line)
-        finished = self.count((status, [line]), f"equistream export: interrupted: (N) of {FRAMES} frames are exported; --frames {begin[1]}-{FRAMES - 1} exports the others")
+        finished = self.count((status, [line]), f"equistream export: interrupted: (N) of {FRAMES} frames are exported; to export the others, add --frames {begin[1]}-{FRAMES - 1}")
         self.assertEqual(finished, int(begin[1]))
         self.assertEqual(sorted(path.name for path in comp.iterdir()), [f"frame.{index:04}.exr" for index in range(finished)])
         done("export", self.frames, "--frames", f"{finished}-{finished + 1}", "--out", comp)
 
     def test_play(self):
         play = ["play", self.frames, "--method", "rotation", "--size", "64x64", "--out"]
-        line = "equistream play: interrupted: (N) frames played and kept; with --overwrite the same command begins anew"
+        line = "equistream play: interrupted: (N) frames played and kept; to start over, add --overwrite to the same command"
         finished = self.count(self.interrupted(*play, self.out / "views"), line)
         report = json.loads((self.out / "views/report.json").read_text())
         self.assertEqual((report["played"], report["truncation"]), (finished, f"interrupted: {finished} frames played and kept"))
@@ -101,7 +101,7 @@ class Interrupts(unittest.TestCase):
     def test_model(self):
         model = self.out / "model.json"
         status, line = self.interrupted("model", self.scene, "--visibility-rays", 2**34, "--out", model)
-        self.assertEqual((status, line), (-signal.SIGTERM, [f"equistream model: interrupted: {model} is not finished; the same command begins anew"]))
+        self.assertEqual((status, line), (-signal.SIGTERM, [f"equistream model: interrupted: {model} is not finished; the same command starts over"]))
         self.assertEqual(list(self.out.iterdir()), [])
 
 

@@ -57,7 +57,7 @@ class Doctor(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         lines = done.stdout.splitlines()
         first_words = [line.split()[0] for line in lines if line[:1].strip()]
-        self.assertEqual(first_words[:len(CHECKS) + 1], [*CHECKS, "What"])
+        self.assertEqual(first_words[:len(CHECKS) + 1], [*CHECKS, "The"])
         self.assertLessEqual(max(map(len, lines)), 101)
         row = next(i for i, line in enumerate(lines) if line.startswith("display"))
         self.assertEqual(lines[row].split(), ["display", "missing", "DISPLAY", "is", "not", "set"])
@@ -104,7 +104,7 @@ class Doctor(unittest.TestCase):
             self.assertIn("pip install mitsuba==", found["mitsuba"]["to_get_it"])
             done = doctor(folder=pathlib.Path(folder))
             self.assertEqual(done.returncode, 1)
-            self.assertEqual(done.stderr, "equistream doctor: what the core commands need is not all there: programs and hosts\n")
+            self.assertEqual(done.stderr, "equistream doctor: the core commands lack programs and hosts\n")
 
     def test_a_program_that_does_not_start_fails(self):
         with tempfile.TemporaryDirectory() as folder:

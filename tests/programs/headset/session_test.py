@@ -20,7 +20,7 @@ class Sessions(Worn):
         for end in ("loss", "instance-loss", "lost-call"):
             with self.subTest(end):
                 _, log, result = self.worn([STILL, STILL, end], status=1)
-                self.assertEqual(result.stderr, "equistream view: the headset was lost: its runtime ends\n")
+                self.assertEqual(result.stderr, "equistream view: the headset was lost: its OpenXR runtime has ended the session\n")
                 self.assertIsNotNone(log.end)
 
     def test_a_session_that_stopped_begins_again(self):
@@ -100,16 +100,16 @@ class Time(Worn):
             self.assertAlmostEqual(json.loads(result.stdout)["latency_ms"], latency_ms, delta=1e-3)
             self.assertGreater(float(json.loads(result.stdout)["panel"]["speed"]["refreshes"].split()[0]), 0)
 
-    def test_what_moves_is_carried_on_until_it_is_seen(self):
+    def test_what_moves_is_extrapolated_until_it_is_seen(self):
         scene = PROGRAMS.scene("motion", self.root)
         folder, stream = self.root / "moving_frames", self.root / "moving.mkv"
         PROGRAMS.run("render", scene, "--frames", "0-3", "--fps", 3, "--size", "256x128", "--spp", 1, "--aovs", "depth,motion,ids", "--out", folder)
         PROGRAMS.run("encode", folder, "--out", stream, "--depth", "none", "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
         server = live_server.LiveServer(PROGRAMS.folder / "equistream", stream, self.scripted([]), "--loop")
         self.addCleanup(server.close)
-        viewer = WornViewer(self, ["lead-ms 10000", STILL, "until carried", "exit"], "--scene", scene, "--carry", "1", "--json", source=server.url)
+        viewer = WornViewer(self, ["lead-ms 10000", STILL, "until extrapolated", "exit"], "--scene", scene, "--extrapolate", "1", "--json", source=server.url)
         wait_for(lambda: (viewer.folder / "log.jsonl").exists() and len(viewer.log().frames) >= 5, "frames of the headset")
-        viewer.go_on("carried")
+        viewer.go_on("extrapolated")
         self.assertEqual(viewer.end(), (0, ""))
         report = json.loads(viewer.printed)
         self.assertAlmostEqual(report["latency_ms"], 10000, delta=1)

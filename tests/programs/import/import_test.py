@@ -210,7 +210,7 @@ class Import(unittest.TestCase):
         for number in (2, 3):
             write(self.work / f"late.{number:04}.exr", self.cycles_channels(read_frame(self.sphere[0])))
         late = run("import", self.work / "late.####.exr", "--path", self.path_csv(self.sphere, True), "--out", self.work / "out")
-        self.assertIn("1 of 2 frames are not within the path's 0 to 0.0666667 s: they take the pose at its end", late.stdout, late.stderr)
+        self.assertIn("1 of 2 frames lie outside the path's 0 to 0.0666667 s: they get the pose at its end", late.stdout, late.stderr)
 
     def test_cycles_perspective_planar_depth(self):
         for i, file in enumerate(self.view):
@@ -411,7 +411,7 @@ class Import(unittest.TestCase):
         write(self.work / "a.0000.exr", {"R": frame["R"], "G": frame["G"], "B": frame["B"], "motion.X": frame["backward.u"], "motion.Y": frame["backward.v"]})
         result = run("import", self.work, "--dry-run")
         self.assertEqual(result.returncode, 0)
-        self.assertIn("convention is not known", result.stdout)
+        self.assertIn("motion of unknown convention", result.stdout)
         self.assertFalse((self.work / "out").exists())
 
     def test_views_parts_windows_and_primaries(self):
@@ -638,7 +638,7 @@ class Import(unittest.TestCase):
         self.assert_refused([good, "--channels", "depth=R+G", *out], "1 channels", "2")
         self.assert_refused([good, "--backward", "sideways", *out], "sideways", "to-previous")
         self.assert_refused([good, "--depth", "planar", *out], "planar", "sphere")
-        self.assert_refused([self.sphere[0], "--depth", "position", *out], "position", "our own")
+        self.assert_refused([self.sphere[0], "--depth", "position", *out], "position", "equistream's own frames")
         self.assert_refused([good, "--camera", "perspective", *out], "--fov")
         self.assert_refused([good, "--range", "1,2", *out], "--range")
         self.assert_refused([good, "--colour-space", "cmyk", *out], "cmyk")
@@ -669,7 +669,7 @@ class Import(unittest.TestCase):
         result = run("import", self.work / "shot.####.exr", "--channels", "object_id=idx.I", "--json", "--out", self.work / "out")
         self.assertEqual(result.returncode, 0, result.stderr)
         notes = json.loads(result.stdout)["notes"]
-        self.assertEqual(sum("no whole number" in note for note in notes), 20)
+        self.assertEqual(sum("not whole numbers" in note for note in notes), 20)
         self.assertEqual(notes[-1], "3 more notes like these")
 
     def test_hostile_files(self):

@@ -257,11 +257,11 @@ class Embree(Live):
     def test_a_renderer_that_dies_is_started_again_three_times(self):
         server = self.serve()
         viewer = Viewer(server)
-        died = r"equistream serve: .*equistream-render-embree: was ended by signal 9"
+        died = r"equistream serve: .*equistream-render-embree: ended by signal 9"
         viewer.wait_for_more(2)
         for restarts in range(1, 4):
             subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
-            wait_for(lambda: server.log.read_text().count("it is started again") == restarts, "it to say so")
+            wait_for(lambda: server.log.read_text().count("restarting it") == restarts, "it to say so")
             viewer.wait_for_more(4)  # two may be of the one before
         last = int(self.received(viewer).frames[-1]["index"])
         subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
@@ -270,7 +270,7 @@ class Embree(Live):
         lines = [line for line in server.log.read_text().splitlines() if "signal" in line]
         self.assertEqual(len(lines), 4, lines)
         for line in lines[:3]:
-            self.assertRegex(line, f"^{died}; it is started again$")
+            self.assertRegex(line, f"^{died}; restarting it$")
         self.assertRegex(lines[3], f"^{died}$")
         viewer.wait_for_end()
         received = self.received(viewer)
@@ -282,7 +282,7 @@ class Embree(Live):
     def test_a_renderer_that_dies_before_anybody_comes_is_started_again(self):
         server = self.serve()
         subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
-        wait_for(lambda: "it is started again" in server.log.read_text(), "it to say so")
+        wait_for(lambda: "restarting it" in server.log.read_text(), "it to say so")
         viewer = Viewer(server)
         viewer.wait_for_more(2)
         self.assertEqual(server.end()[0], 0)
@@ -353,12 +353,12 @@ class Embree(Live):
         viewer.wait_for_end()
         self.assertEqual(status, 0)
         self.assertGreater(json.loads(printed)["live"]["crf"], 24)
-        self.assertRegex(server.log.read_text(), r"for --mbit 0\.01 the stream is coded with CRF \d+ instead of 16\n")
+        self.assertRegex(server.log.read_text(), r"to stay within --mbit 0\.01: CRF \d+ instead of 16\n")
 
     def test_it_says_where_one_sample_is_too_slow(self):
         server = self.serve("--rate", 1000, spp=64)
         viewer = Viewer(server)
-        wait_for(lambda: "even with 1 sample a pixel, too long for --rate 1000" in server.log.read_text(), "it to say so")
+        wait_for(lambda: "even with 1 sample a pixel, too slow for --rate 1000" in server.log.read_text(), "it to say so")
         server.end()
         viewer.wait_for_end()
         self.assertEqual({frame["samples_per_pixel"] for frame in self.received(viewer).frames}, {1})
@@ -383,7 +383,7 @@ class Embree(Live):
         for option, value in (("--host", "povray"), ("--size", "63x32"), ("--spp", 0), ("--rate", 0), ("--depth", "w8"), ("--out", "a.mp4"), ("--crf", 52)):
             self.assertIn(option, refused(self.scene, option, value))
         self.assertIn("--loop", refused(self.scene, "--loop"))
-        self.assertIn("expected frames of one eye", refused(self.scene, "--", "--eye", "both"))
+        self.assertIn("--follow: expected one eye", refused(self.scene, "--", "--eye", "both"))
         stream = self.folder / "a.mkv"
         stream.write_bytes(b"")
         self.assertIn("expected a scene", refused(stream, "--spp", 4))

@@ -71,7 +71,7 @@ class BadInput(unittest.TestCase):
     def test_a_scene_of_mitsuba_06_is_told_all_that_must_change(self):
         result = self.render('<scene version="0.6.0"><integrator type="bdpt"/>' + BALL.replace("diffuse", "phong") + "\n"
                              '<texture type="bitmap" id="t"><string name="filterType" value="trilinear"/></texture></scene>')
-        self.assert_refused(result, "scene.xml", "3 things must change")
+        self.assert_refused(result, "scene.xml", "Mitsuba 3 needs 3 changes")
         for line, change in ((1, "the integrator path in place of bdpt"), (1, "the bsdf roughplastic in place of phong"),
                              (2, "the filterType bilinear in place of trilinear")):
             self.assertIn(f"render: note: {self.root}/scene.xml:{line}: write {change}\n", result.stderr)

@@ -107,7 +107,7 @@ class LateServer(unittest.TestCase):
         self.assertEqual((viewing["frames_sent"], viewing["frames_lost"]), (LAST + 1, 0))
 
     def test_what_cannot_be_simulated_is_one_line(self):
-        for options, mention in ((["--refresh", 90], "--refresh: expected --head CSV beside it"), (["--network", "delay=9"], "--network: expected --head"),
+        for options, mention in ((["--refresh", 90], "--refresh: expected --head CSV as well"), (["--network", "delay=9"], "--network: expected --head"),
                                  (["--refresh", 0, "--head", self.still], "--refresh: expected 1 to 1000 Hz, found 0"),
                                  (["--network", "delay=soon", "--head", self.still], "--network delay: expected milliseconds from 0 to 60000, found 'soon'"),
                                  (["--network", "lag=9", "--head", self.still], "--network: expected delay=MS, ")):

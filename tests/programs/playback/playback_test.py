@@ -106,7 +106,7 @@ class Playback(unittest.TestCase):
         model = self.out / "model.json"
         PROGRAMS.run("model", self.scene, "--rays", 20000, "--visibility-rays", 20000, "--quantile", 0.5, "--rounds", 1, "--out", model)
         report = self.play(self.plain, "--model", model, "--fill", "geometry,pushpull", "--ipd", 0.5)
-        self.assertTrue([note for note in report["notes"] if "--fill geometry is passed over" in note and str(model) in note], report["notes"])
+        self.assertTrue([note for note in report["notes"] if "--fill geometry is ignored" in note and str(model) in note], report["notes"])
         for eye in ("left", "right"):
             self.assertEqual(report["eyes"][eye]["filled"]["geometry"], 0)
             self.assertGreater(report["eyes"][eye]["filled"]["pushpull"], 0)
@@ -121,7 +121,7 @@ class Playback(unittest.TestCase):
         words = ["play", self.folder, *VIEW, "--scene", self.scene, "--depth-reuse", "on", "--out", self.out / "gone"]
         result = subprocess.run([PROGRAMS.folder / "equistream", *map(str, words)], capture_output=True, text=True)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("--depth-reuse is gone", result.stderr)
+        self.assertIn("--depth-reuse has no effect any more", result.stderr)
 
     def test_repetitions_time_the_same_frame_again(self):
         for repeat in (1, 3):

@@ -283,7 +283,7 @@ class Divided(Farm):
         self.farm("--frame-seconds", 600, *self.render, "--accumulate", "4", "--out", "frames")
         self.assertEqual(self.plan()["steps"][0]["tasks"], 1)
         refused = self.farm("--out", "other", "--chunk", 2, "--frame-seconds", 1, *self.render, "--accumulate", "4", "--out", "frames", status=2)
-        self.assertIn("expected frames that hang on no other for --chunk and --parts, found --accumulate", refused.stderr)
+        self.assertIn("expected independent frames for --chunk and --parts, found --accumulate", refused.stderr)
 
     def test_a_killed_program_goes_on(self):
         """By a program in place of the dispatcher that is killed the first two times; the third, it renders."""

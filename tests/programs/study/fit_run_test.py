@@ -121,7 +121,7 @@ class Fit(unittest.TestCase):
         self.assertEqual(played["notes"], [])
         self.assertGreater(played["bytes"]["input"]["window"]["pictures"], 0, "it is looked at")
         PROGRAMS.run("play", self.root / "window.mp4", "--size", "160x90", "--fill", "pushpull", "--out", self.root / "base-alone", "--progress", "none")
-        self.assertIn("--fill names no base", json.loads((self.root / "base-alone/report.json").read_text())["notes"][-1])
+        self.assertIn("--fill lacks base", json.loads((self.root / "base-alone/report.json").read_text())["notes"][-1])
 
     def room(self, folder):
         """Its description and its materials."""

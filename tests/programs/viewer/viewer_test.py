@@ -97,20 +97,20 @@ class Viewer(Viewing):
             PROGRAMS.run("encode", folder, "--out", stream, "--depth", depth, "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
         return stream, self.moving_scene
 
-    def test_what_moves_is_carried_on_between_frames(self):
+    def test_what_moves_is_extrapolated_between_frames(self):
         stream, scene = self.moving_stream()
-        self.expect_carried_on(stream, "--scene", scene)
+        self.expect_extrapolated(stream, "--scene", scene)
 
-    def test_what_moves_is_carried_on_by_the_streams_own_depth(self):
-        self.expect_carried_on(self.moving_stream("auto")[0])
+    def test_what_moves_is_extrapolated_by_the_streams_own_depth(self):
+        self.expect_extrapolated(self.moving_stream("auto")[0])
 
-    def expect_carried_on(self, stream, *words):
+    def expect_extrapolated(self, stream, *words):
         said = {}
-        for carry in ("0.2", "0"):
-            viewer = self.view(*words, "--carry", carry, "--json", "--predict", "off", source=stream, paused=False, size="96x64")
+        for limit_s in ("0.2", "0"):
+            viewer = self.view(*words, "--extrapolate", limit_s, "--json", "--predict", "off", source=stream, paused=False, size="96x64")
             viewer.picture()
             time.sleep(3)
-            said[carry] = self.report_of(viewer)
+            said[limit_s] = self.report_of(viewer)
         self.assertEqual(said["0"]["moved_on_ms"], 0)
         self.assertGreater(said["0.2"]["moved_on_ms"], 20)
         # Refreshes beyond those that a new frame asks for.

@@ -78,7 +78,7 @@ class Serve(Web):
         self.browser.wait_for("equistream.shownFrame.frame?.main.distances")
         server.kill()
         self.browser.wait_for("equistream.live.attempts > 1")
-        self.assertRegex(self.said("state"), r"^(the connection was lost|there was no connection): trying again \(\d+\)$")
+        self.assertRegex(self.said("state"), r"^(the connection was lost|no connection to the server): trying again \(\d+\)$")
         before = self.settled()
         self.browser.evaluate("equistream.head.yaw = 2; equistream.head.offset = [0.05, 0, 0]")
         seen = self.settled()
@@ -113,7 +113,7 @@ class Serve(Web):
         server.kill()
         server.wait()
         self.serve(*words, web="https://127.0.0.1:" + re.search(r":(\d+)/", url)[1])
-        self.browser.wait_for("document.getElementById('problem').textContent.includes('one that refuses it')")
+        self.browser.wait_for("document.getElementById('problem').textContent.includes('found a refusal')")
         self.assertNotIn(url.split("#")[1], self.said())
         self.browser.wait_for("document.getElementById('state').textContent === ''")
 
@@ -330,7 +330,7 @@ class Serve(Web):
         self.browser.wait_for(f"equistream.shownFrame.frame.index === {FRAMES - 1}")
         self.assertEqual(self.said(), "")
         self.browser.call("Page.navigate", url=address + "/#another-secret-than-the-server-has")
-        self.browser.wait_for("document.getElementById('problem')?.textContent.includes('there was no connection')")
+        self.browser.wait_for("document.getElementById('problem')?.textContent.includes('no connection to the server')")
         self.assertNotIn("another-secret", self.said())
         self.assertGreaterEqual(self.end(server)["viewers"], 2)
 
@@ -354,7 +354,7 @@ class Serve(Web):
                          where + "a private key and its certificate, as PEM without a password, found something else")
         file.chmod(0o644)
         self.assertEqual(refusal("--web", "https://:0", "--certificate", file),
-                         where + "a secret's file that is its owner's alone (chmod 600), found others' too")
+                         where + "a file that only its owner can access (chmod 600), found one that others can access")
         self.assertEqual(refusal("--web", "0", "--certificate", file),
-                         "equistream serve: --certificate: expected --web https://HOST:PORT beside it, found 0")
+                         "equistream serve: --certificate: expected --web https://HOST:PORT as well, found 0")
         self.assertIn("https:// before it, or --open", refusal("--web", "0.0.0.0:0"))

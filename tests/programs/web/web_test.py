@@ -147,14 +147,14 @@ class Failures(Web):
             postMessage() {}
         };""")
         self.open_stream(self.pece420())
-        self.assertIn("beside the page: the browser has ended it", self.said("note"))
+        self.assertIn("the page's worker: the browser has ended it", self.said("note"))
 
     def test_a_worker_that_ends(self):
         self.open_stream(self.pece420())
         self.browser.wait_for("equistream.player.shown?.main.distances")
         self.browser.evaluate("equistream.helper.worker.onerror(new Event('error')); globalThis.turns = new Set()")
         self.browser.wait_for("turns.add(equistream.player.maker.generation) && turns.size > 2 && equistream.player.shown")
-        self.assertIn("beside the page: the browser has ended it", self.said("note"))
+        self.assertIn("the page's worker: the browser has ended it", self.said("note"))
 
     # Connections that end as the address says: [how many bytes came, or null where it was never open, code, reason].
     # What waits to ask again waits no longer than its turn.
@@ -198,13 +198,13 @@ class Failures(Web):
         gone, lost, over = [None, 1006, ""], [3, 1006, ""], [4, 1000, ""]
         pauses, ended = [250, 500, 1000, 2000, 4000, 4000], "expected pictures with poses"  # of these few bytes
         for what, ends, status, waited, said in (
-                ("nobody there at first", [gone], 0, [], "there was no connection$"),
-                ("no room at first", [[0, 1013, "no room"]], 404, [], r"hung up \(no room\)$"),
-                ("a fault of the page's", [[3, 1009, ""]], 404, [], "hung up$"),
+                ("nobody there at first", [gone], 0, [], "no connection to the server$"),
+                ("no room at first", [[0, 1013, "no room"]], 404, [], r"closed the connection \(no room\)$"),
+                ("a fault of the page's", [[3, 1009, ""]], 404, [], "closed the connection$"),
                 ("lost, and there again", [lost, *5 * [gone], [5, 1011, "cut"], over], 0, [*pauses, 250], ended),
                 ("no room for a while", [lost, [0, 1013, "no room"], over], 404, pauses[:2], ended),
                 ("cut in the same place", [lost, gone, lost], 0, pauses[:2], "the connection was lost$"),
-                ("it refuses", [lost, gone, gone], 404, pauses[:2], "refuses it"),
+                ("it refuses", [lost, gone, gone], 404, pauses[:2], "a refusal"),
                 ("behind another server", [lost, gone, gone, over], 502, pauses[:3], ended)):
             with self.subTest(what):
                 self.connect(*ends, status=status)
@@ -220,7 +220,7 @@ class Failures(Web):
         self.connect([3, 1011, "the stream was cut off"], [None, 1006, ""], [0, 1013, "no room"])
         self.browser.wait_for("equistream.live.attempts === 3")
         self.browser.wait_for("document.getElementById('state').textContent === "
-                              "'the server hung up (no room): trying again (3)'")
+                              "'the server closed the connection (no room): trying again (3)'")
         self.assertEqual((self.said(), self.said("note")), ("", ""))
 
 

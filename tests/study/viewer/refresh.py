@@ -24,7 +24,7 @@ from steps import Failed, Steps, provenance, run_as_program, write_whole  # noqa
 RESULT = REPOSITORY / "docs/results/viewer/refresh.json"
 PAGE = REPOSITORY / "docs/results/viewer.md"
 WINDOW = "1280x720"
-STAGES = ("upload", "depth", "carry", "reproject", "fill", "reliability", "display")
+STAGES = ("upload", "depth", "extrapolate", "reproject", "fill", "reliability", "display")
 # What is shown and how. Each of a group differs from the group's first in what it is called by.
 REFRESHES = {
     "depth of the scene's geometry": ["walk.mkv", "--scene", "pavilion.json", "--mirrors", "surface"],
@@ -32,10 +32,12 @@ REFRESHES = {
     "the small stream before push-pull": ["walk.mkv", "--scene", "pavilion.json", "--mirrors", "surface", "--fill", "small,pushpull"],
     "the stream's own depth (mesh)": ["walk.mkv", "--mirrors", "surface"],
     "rotation alone": ["walk.mkv", "--method", "rotation"],
-    "moving things as frames show them": ["moving.mkv", "--scene", "motion.json", "--carry", "0"],
-    "moving things carried on": ["moving.mkv", "--scene", "motion.json"],
+    "moving things as frames show them": ["moving.mkv", "--scene", "motion.json", "--extrapolate", "0"],
+    "moving things extrapolated": ["moving.mkv", "--scene", "motion.json"],
     "the same by the stream's own depth (mesh)": ["moving.mkv"],
 }
+NOW = {"carry": "extrapolate", "moving things carried on": "moving things extrapolated"}
+"""Names in results of earlier versions, and what they are called now."""
 UPLOADS = {"copied": ["--upload", "copied"], "mapped": ["--upload", "mapped"]}
 
 
@@ -80,6 +82,12 @@ def measure(programs, options):
             **provenance(programs, REPOSITORY), "window": WINDOW, **sizes, "refreshes": refreshes, "uploads": uploads}
 
 
+def refresh_rows(result):
+    for run in result["refreshes"]:
+        stages = {NOW.get(stage, stage): ms for stage, ms in run["stages_ms"].items()}
+        yield [NOW.get(run["name"], run["name"]), *(cell(stages[stage], 1) for stage in STAGES), cell(sum(stages.values()), 1), str(run["refreshes"])]
+
+
 def upload_rows(result):
     for run in result["uploads"]:
         upload_ms = run["stages_ms"]["upload"] * run["refreshes"] / max(1, run["frames"])
@@ -102,8 +110,7 @@ def main():
         write_whole(RESULT, result_text(measure(options.bin.resolve(), options)))
     result = json.loads(RESULT.read_text())
     page = options.page.read_text()
-    rows = [[run["name"], *(cell(run["stages_ms"][stage], 1) for stage in STAGES), cell(sum(run["stages_ms"].values()), 1), str(run["refreshes"])] for run in result["refreshes"]]
-    page = place(page, "refresh", "all", table(["what is drawn", *STAGES, "all, ms", "refreshes"], rows, labels=1))
+    page = place(page, "refresh", "all", table(["what is drawn", *STAGES, "all, ms", "refreshes"], list(refresh_rows(result)), labels=1))
     page = place(page, "upload", "all", table(["decoded pictures", "upload of a frame, ms", "waited for the decoder, ms", "frames", "frames/s"], list(upload_rows(result)), labels=1))
     write_whole(options.page, page)
     print(f"{options.page}: {len(result['refreshes'])} refreshes, {len(result['uploads'])} uploads")

@@ -204,13 +204,13 @@ TEST_F(ClientSettings, StagesThatCannotBeHadAreRefusedByName) {
             s.backend = ES_BACKEND_OPENGL;
             s.fill = "hidden,spread";
         },
-        "fill: expected what OpenGL has, found 'spread'");
+        "fill: expected a stage of the OpenGL backend, found 'spread'");
     expect(
         [](auto& s) {
             s.backend = ES_BACKEND_OPENGL;
             s.engine = "splat";
         },
-        "engine: expected what OpenGL has, found 'splat'");
+        "engine: expected a stage of the OpenGL backend, found 'splat'");
 }
 
 TEST_F(ClientSettings, SourcesThatAreNotThereAreNamed) {

@@ -86,7 +86,8 @@ protected:
         es_error error{};
         EXPECT_EQ(open_(&settings, &client, &error), ES_BAD_INPUT);
         const std::string text = error.text;
-        EXPECT_TRUE(text.starts_with(module_file(module) + ": expected a module of the library's own code, ")) << text;
+        EXPECT_TRUE(text.starts_with(module_file(module) + ": expected a module from the same build as this library, "))
+            << text;
         EXPECT_TRUE(text.ends_with(", found 0.1.0")) << text;
     }
 

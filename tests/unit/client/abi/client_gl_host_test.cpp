@@ -192,12 +192,12 @@ TEST_F(GlClients, RefuseTargetsThatTakeNoPictureAndDrawNothing) {
         return "nothing was refused";
     };
     const std::string expected =
-        "targets[1].framebuffer: expected a complete framebuffer that draws to colours, found ";
-    EXPECT_EQ(complaint(target_at(deleted, 0, 0)), expected + "none of that name");
-    EXPECT_EQ(complaint(target_at(nothing.name(), 0, 0)), expected + "one of status 0x8cd7");
-    EXPECT_EQ(complaint(target_at(0, 0, 0)), expected + "one of status 0x8219") << "there is no window";
-    EXPECT_EQ(complaint(whole_numbers.at(0, 0)), expected + "one that draws to none, or to integers");
-    EXPECT_EQ(complaint(shut.at(0, 0)), expected + "one that draws to none, or to integers");
+        "targets[1].framebuffer: expected a complete framebuffer with a colour attachment, not of integers, found ";
+    EXPECT_EQ(complaint(target_at(deleted, 0, 0)), expected + "no framebuffer of this name");
+    EXPECT_EQ(complaint(target_at(nothing.name(), 0, 0)), expected + "a framebuffer of status 0x8cd7");
+    EXPECT_EQ(complaint(target_at(0, 0, 0)), expected + "a framebuffer of status 0x8219") << "there is no window";
+    EXPECT_EQ(complaint(whole_numbers.at(0, 0)), expected + "no colour attachment, or one of integers");
+    EXPECT_EQ(complaint(shut.at(0, 0)), expected + "no colour attachment, or one of integers");
     EXPECT_EQ(complaint(good.at(INT_MAX, 0)), "targets[1].x: expected a number from -65536 to 65536, found 2147483647");
     EXPECT_EQ(complaint(good.at(0, INT_MIN)),
               "targets[1].y: expected a number from -65536 to 65536, found -2147483648");

@@ -361,7 +361,7 @@ TEST_F(PicturePairs, BareFoldersAndFilesAreOneView) {
     const auto files = pair_pictures(options("a/frame.0000.png", "t/frame.0001.png"));
     ASSERT_EQ(files.at(0).pairs.size(), 1u);
     EXPECT_FALSE(files[0].pairs[0].frame.has_value());
-    EXPECT_NE(error_of(options("a/frame.0000.png", "t")).find("a mixture"), std::string::npos);
+    EXPECT_NE(error_of(options("a/frame.0000.png", "t")).find("only files or only folders"), std::string::npos);
 }
 
 TEST_F(PicturePairs, SecondRunAndGapsFollowTheFrames) {

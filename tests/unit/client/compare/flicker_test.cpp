@@ -215,8 +215,9 @@ TEST_F(FlickerOfFiles, GoesAlongTheTruthsMotion) {
         flicker();
         ADD_FAILURE() << "a mixture was scored";
     } catch (const InputError& error) {
-        EXPECT_EQ(error.what(), (root_ / "t/frame.0003.exr").string() + ": expected motion in all frames or in none, " +
-                                    "found frames before it without");
+        EXPECT_EQ(error.what(), (root_ / "t/frame.0003.exr").string() +
+                                    ": expected motion AOVs in all frames or in none, " +
+                                    "found some, and none in the frames before");
     }
 }
 

@@ -188,9 +188,9 @@ TEST_F(GlRefresh, PassesAreThoseOfAList) {
     EXPECT_EQ(chain[1]->name(), "hidden");
     std::vector<std::string> notes;
     EXPECT_EQ(gl::with_passes_of_gpu("small-wide,hidden,geometry,spread", notes), "small,hidden,pushpull");
-    EXPECT_EQ(notes, (std::vector<std::string>{"--fill small-wide is of play alone: small is taken",
-                                               "--fill geometry is of play alone: it is passed over",
-                                               "--fill spread is of play alone: pushpull is taken"}));
+    EXPECT_EQ(notes, (std::vector<std::string>{"--fill small-wide is in play only: small is used",
+                                               "--fill geometry is in play only: it is ignored",
+                                               "--fill spread is in play only: pushpull is used"}));
     EXPECT_EQ(gl::with_passes_of_gpu("geometry", notes), "none");
     EXPECT_TRUE(gl::make_gl_fill_chain("none", shared).empty());
     EXPECT_THROW(gl::make_gl_fill_chain("hidden,earliest", shared), InputError);

@@ -200,7 +200,7 @@ TEST(NetworkSpec, OneClearLineForWhatItCannotRead) {
               "--network bandwidth: expected megabits per second, above 0 and at most 1e6, found '0'");
     EXPECT_EQ(problem_of("seed=-1"), "--network seed: expected a whole number, not negative, found '-1'");
     EXPECT_EQ(problem_of("transport=pigeon"), "--network transport: expected stream or datagrams, found 'pigeon'");
-    EXPECT_EQ(problem_of("delay=1,delay=2"), "--network delay: expected one value, found another");
+    EXPECT_EQ(problem_of("delay=1,delay=2"), "--network delay: expected one value, found a second one");
     for (const char* unknown : {"latency=80", "delay", "delay=1,,jitter=2", "=3"})
         EXPECT_EQ(problem_of(unknown).find("--network: expected delay=MS, jitter=MS, loss=SHARE, bandwidth=MBIT/S, "
                                            "stall=AT:FOR, transport=KIND, seed=N or trace=FILE, found '"),
@@ -246,16 +246,17 @@ TEST_F(Trace, SaysWhenTheNextCanComeAtTheEarliest) {
 
 TEST_F(Trace, OneClearLineForWhatItCannotRead) {
     EXPECT_EQ(problem("time,arrival\n"), ", line 1: expected time_s,arrival_s, found 'time,arrival'");
-    const std::string wanted = "expected a frame's time, later than the one before, and when it arrived, in seconds, ";
+    const std::string wanted = "expected time_s,arrival_s in seconds, with time_s above that of the line before, ";
     EXPECT_EQ(problem("time_s,arrival_s\n0,1\n0,2\n"), ", line 3: " + wanted + "found '0,2'");
     EXPECT_EQ(problem("time_s,arrival_s\n0,nan\n"), ", line 2: " + wanted + "found '0,nan'");
     EXPECT_EQ(problem("time_s,arrival_s\n0\n"), ", line 2: " + wanted + "found '0'");
     EXPECT_EQ(problem("time_s,arrival_s\n0,1,2\n"), ", line 2: " + wanted + "found '0,1,2'");
-    EXPECT_EQ(problem("time_s,arrival_s\n"), ": expected one arrival at least, found none");
+    EXPECT_EQ(problem("time_s,arrival_s\n"), ": expected at least one arrival, found none");
     EXPECT_EQ(problem_of("trace=/nowhere.csv"),
               "/nowhere.csv: expected a trace of arrivals (CSV) that can be read, found No such file or directory");
-    EXPECT_EQ(
-        problem_of(spec("time_s,arrival_s\n0,1\n") + ",loss=0.1").find("--network trace: expected nothing beside"), 0u);
+    EXPECT_EQ(problem_of(spec("time_s,arrival_s\n0,1\n") + ",loss=0.1")
+                  .find("--network trace: expected trace as the only key"),
+              0u);
 }
 
 }  // namespace

@@ -318,7 +318,7 @@ TEST(ViewingReport, SumsUpByHand) {
     EXPECT_EQ(json["each"][2]["state"], "late");
     EXPECT_NEAR(json["error_deg"]["p95"].get<double>(), 10, 1e-9);
     EXPECT_NEAR(json["state_s"]["playing"].get<double>(), 0.3, 1e-12);
-    EXPECT_NE(report.table().find("head off by, degrees"), std::string::npos);
+    EXPECT_NE(report.table().find("head error, degrees"), std::string::npos);
     EXPECT_EQ(quantiles_of({}).max, 0);
     std::vector<double> many(200);
     std::iota(many.rbegin(), many.rend(), 1);

@@ -102,7 +102,7 @@ TEST_F(Kept, DamagedFilesGiveDefaultsAndOneLine) {
           "{\"settings\": {}}" + std::string(1 << 17, ' '), std::string("{\"settings\": {\"layout\": \"right\"}")}) {
         const ReadSettings read = this->read(text);
         EXPECT_EQ(read.kept, KeptSettings());
-        EXPECT_NE(read.note.find("it starts with defaults"), read.note.npos) << read.note;
+        EXPECT_NE(read.note.find("the defaults are used"), read.note.npos) << read.note;
         EXPECT_EQ(read.note.find('\n'), read.note.npos);
     }
     EXPECT_EQ(this->read("{}").note, "");

@@ -105,7 +105,7 @@ TEST_F(SequenceRendererTest, AFrameWhoseLastTileWasDoneIsKeptWhenARenderIsInterr
         finish(task);
         interrupted_ = task.index == 1;
     };
-    EXPECT_EQ(end_of_render(), "interrupted: 2 of 5 frames are finished; the same command goes on there");
+    EXPECT_EQ(end_of_render(), "interrupted: 2 of 5 frames are finished; run the same command again to continue");
     EXPECT_EQ(frames(), (Frames{0, 1}));
 }
 
@@ -116,7 +116,7 @@ TEST_F(SequenceRendererTest, EachEyesFramesAreCounted) {
         finish(task);
         interrupted_ = ++rendered == 3;
     };
-    EXPECT_EQ(end_of_render(), "interrupted: 3 of 10 frames are finished; the same command goes on there");
+    EXPECT_EQ(end_of_render(), "interrupted: 3 of 10 frames are finished; run the same command again to continue");
 }
 
 /// Whoever plays the folder would take them for parts of one render.
@@ -200,7 +200,7 @@ TEST_F(SequenceRendererTest, AnUnfinishedFrameIsNot) {
         if (!interrupted_)
             finish(task);
     };
-    EXPECT_EQ(end_of_render(), "interrupted: 1 of 5 frames are finished; the same command goes on there");
+    EXPECT_EQ(end_of_render(), "interrupted: 1 of 5 frames are finished; run the same command again to continue");
     EXPECT_EQ(frames(), Frames{0});
 }
 

@@ -244,8 +244,8 @@ TEST_F(RenderProgram, WritesEveryStreamAskedFor) {
     EXPECT_EQ(height_of(small.info.camera), 4);
     EXPECT_EQ(small.info.eye, Eye::right);
     EXPECT_FALSE(small.planes.contains("depth"));
-    const std::string note = "note: --small is a quarter, ";
-    EXPECT_NE(outcome.error.find(note + "8x4; encode codes sides of at least 64 only"), std::string::npos)
+    const std::string note = "note: --small has ";
+    EXPECT_NE(outcome.error.find(note + "8x4 pixels; encode needs sides of at least 64"), std::string::npos)
         << outcome.error;
     const Outcome enough = run_line(command("--size 512x256 --spp 1 --frames 0 --small right " + out("enough")));
     EXPECT_EQ(enough.error.find(note), std::string::npos) << enough.error;

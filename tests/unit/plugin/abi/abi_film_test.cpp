@@ -512,7 +512,7 @@ TEST_F(AbiFilm, a_part_has_no_whole_planes) {
     es_error error{};
     ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
     EXPECT_EQ(es_frame_end(frame, &error), ES_BAD_INPUT);
-    EXPECT_STREQ(error.text, "a part of a frame: expected planes that tiles bring, found plane colour whole");
+    EXPECT_STREQ(error.text, "a part of a frame: expected planes given tile by tile, found the whole plane colour");
     es_sequence_close(sequence);
 }
 

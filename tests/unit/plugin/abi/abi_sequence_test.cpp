@@ -257,7 +257,8 @@ TEST_F(AbiSequence, a_frame_that_cannot_be_written_is_a_failure) {
 
 TEST_F(AbiSequence, a_folder_belongs_to_one_sequence_at_a_time) {
     es_sequence* sequence = open();
-    EXPECT_EQ(refusal(), output + ": expected a folder that no other process is writing to, found one that is in use");
+    EXPECT_EQ(refusal(), output + ": expected a folder that no other process is writing to, found one in use: wait for "
+                                  "the other process, or choose another folder");
     settings.overwrite = 1;
     settings.seed = 12;
     EXPECT_NE(refusal().find("in use"), std::string::npos) << "overwriting takes nothing from a render that goes on";

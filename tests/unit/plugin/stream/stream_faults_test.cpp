@@ -358,7 +358,7 @@ TEST(StreamFaults, TheUnfinishedFileIsNoSymbolicLink) {
         ADD_FAILURE() << "a symbolic link was followed";
     } catch (const InputError& error) {
         EXPECT_EQ(error.what(),
-                  file + ": expected a place that can be written, found " + file + ".part, a symbolic link, there");
+                  file + ": expected a place that can be written, found " + file + ".part, a symbolic link");
     }
     EXPECT_EQ(bytes_of(folder / "victim"), "mine");
 }
@@ -378,7 +378,7 @@ TEST(StreamFaults, TwoWritersNeverMixInOneFile) {
         ADD_FAILURE() << "two writers of one file";
     } catch (const InputError& error) {
         EXPECT_EQ(error.what(), file + ": expected a file that no other process is writing, found " + file +
-                                    ".part in the hands of one");
+                                    ".part, which another process is writing");
     }
     write_one(first);
     StreamReader reader(file);

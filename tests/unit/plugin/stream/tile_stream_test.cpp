@@ -105,12 +105,12 @@ TEST_F(Tiles, OfNoGridAreBadInput) {
     };
     const WindowGrid grid{512, 256, 64, 64}, other{256, 128, 64, 64};
     const Camera first = window_camera(grid, {64, 0});
-    expect_refused({first, window_camera(grid, {80, 0})}, "one of 64x64 that is none");
-    expect_refused({first, window_camera(grid, {64, 16})}, "one of 64x64 that is none");
+    expect_refused({first, window_camera(grid, {80, 0})}, "one of 64x64 that fits no grid");
+    expect_refused({first, window_camera(grid, {64, 16})}, "one of 64x64 that fits no grid");
     expect_refused({first, window_camera(other, {64, 0})}, "tiles of other sizes");
-    expect_refused({first, EquirectCamera{64, 64, {-0.3, 0.3, -0.3, 0.3}}}, "one of 64x64 that is none");
-    expect_refused({first, EquirectCamera{64, 64, {}}}, "one of 64x64 that is none");
-    expect_refused({first, EquirectCamera{64, 64, {0, 0.001, 0, 0.001}}}, "one of 64x64 that is none");
+    expect_refused({first, EquirectCamera{64, 64, {-0.3, 0.3, -0.3, 0.3}}}, "one of 64x64 that fits no grid");
+    expect_refused({first, EquirectCamera{64, 64, {}}}, "one of 64x64 that fits no grid");
+    expect_refused({first, EquirectCamera{64, 64, {0, 0.001, 0, 0.001}}}, "one of 64x64 that fits no grid");
     expect_refused({first, PerspectiveCamera{64, 64, 1}}, "a flat view");
     expect_refused({PerspectiveCamera{64, 64, 1}, PerspectiveCamera{64, 64, 1}}, "a flat view");
 }

@@ -85,9 +85,9 @@ TEST_F(Programs, EncodeSaysWhichCodecEachTrackGot) {
     const std::string coarse = encode + " --depth-crf 20";
     EXPECT_NE(run(coarse + " --codec h264 --depth w12").output.find(": H.265, "), std::string::npos);
     EXPECT_EQ(run(coarse + " --codec h264 --depth w10").output.find("H.265"), std::string::npos);
-    expect_failure(run(coarse + " --depth lossless"), 2, "--depth-crf: expected depth that loses something by coding");
+    expect_failure(run(coarse + " --depth lossless"), 2, "--depth-crf: expected lossy depth");
     expect_failure(run(coarse + " --depth w10 --depth-share 0.2"), 2,
-                   "--depth-share: expected no --depth-crf beside it");
+                   "--depth-share: expected no --depth-crf, which replaces it");
     EXPECT_NE(run(coarse + " --depth w10 --mirrors always").output.find("no track of mirrors and glass: "),
               std::string::npos);
 }
@@ -154,7 +154,7 @@ TEST_F(DepthScale, TheReportJudgesTheTrial) {
     EXPECT_LT(poor["pixels_within_budget"], 0.4);
     const Ran text = run("encode '" + path("r") + "' --preset ultrafast --depth auto --depth-share 0.01 --out '" +
                          path("a.mkv") + "'");
-    EXPECT_NE(text.output.find("that is poor: decibels may be lost beside exact depth; take a larger --depth-share"),
+    EXPECT_NE(text.output.find("that is poor: may be decibels below exact depth; use a larger --depth-share"),
               std::string::npos)
         << text.output;
     EXPECT_NE(text.output.find("depth takes more than 1.0 % of the colour's bits"), std::string::npos) << text.output;

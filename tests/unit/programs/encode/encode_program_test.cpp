@@ -31,7 +31,7 @@ TEST_F(Programs, EncodeSaysWhatCodingTakesOrWhyItDoesNot) {
     unsetenv("TMPDIR");
     ASSERT_EQ(without.status, 0) << without.errors;
     EXPECT_TRUE(nlohmann::json::parse(without.output)["visible_loss"].is_null());
-    EXPECT_NE(told.output.find("was not measured"), std::string::npos) << told.output;
+    EXPECT_NE(told.output.find("visible error not measured"), std::string::npos) << told.output;
 }
 
 /// A target that cannot be written is found before anything is coded.
@@ -448,7 +448,7 @@ TEST_F(Programs, OmnidirectionalStereoIsOfBothEyesAndWithoutDepth) {
         }
     }
     const std::string out = "' --preset ultrafast --out '" + path("a.mp4") + "'";
-    expect_failure(run("encode '" + path("r") + out), 2, "omnidirectional stereo is of both eyes");
+    expect_failure(run("encode '" + path("r") + out), 2, "omnidirectional stereo needs both eyes");
     expect_failure(run("encode '" + path("r") + out + " --stereo top-bottom --depth auto"), 2,
                    "omnidirectional stereo, which clients turn without depth");
     const Ran ran = run("encode '" + path("r") + out + " --stereo top-bottom");
@@ -485,8 +485,8 @@ TEST_F(Programs, TheEyeThatIsLeftOutIsNamed) {
     const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "' ";
     const Ran text = run(encode);
     ASSERT_EQ(text.status, 0) << text.errors;
-    EXPECT_NE(text.output.find("right/ is left out: clients make both eyes of " + path("r/left") +
-                               " by depth (--eye right sends that instead, --stereo top-bottom both"),
+    EXPECT_NE(text.output.find("right/ is not encoded: clients make both eyes from " + path("r/left") +
+                               " by depth (--eye right encodes that instead, --stereo top-bottom both"),
               std::string::npos)
         << text.output;
     const auto left_out = [&](const std::string& more) {
@@ -515,7 +515,7 @@ TEST_F(Programs, BothEyesMustBeThereAndBelongTogether) {
     EXPECT_EQ(run(words).status, 0);
     expect_failure(run(words + " --depth auto"), 2, "expected plane depth");
     for (const std::string more : {"--eye left", "--fill small", "--mirrors always"})
-        expect_failure(run(words + " " + more), 2, "nothing beside them, found " + more);
+        expect_failure(run(words + " " + more), 2, "expected only both eyes and their depth, found " + more);
 }
 
 }  // namespace

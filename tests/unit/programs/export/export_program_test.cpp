@@ -195,8 +195,9 @@ TEST_F(Export, WhatCannotBeExportedIsRefusedInALine) {
     expect_failure(run("export '" + path("r") + "'" + out), 2, "expected plane depth, for the samples' places");
     render_both();
     made("");
-    expect_failure(run("export '" + path("r") + "'" + out), 2, "expected no such file, or --overwrite, found one");
-    expect_failure(run("export '" + path("r") + "' --overwrite --frames 7" + out), 2, "found none of these");
+    expect_failure(run("export '" + path("r") + "'" + out), 2,
+                   "expected no file of this name, or --overwrite, found one");
+    expect_failure(run("export '" + path("r") + "' --overwrite --frames 7" + out), 2, "found none in this range");
     EXPECT_NE(run("info '" + file() + "'").output.find("part"), std::string::npos);
     render_hidden();
     Frame other = read_exr(folder / "r/hidden" / frame_file_name(3));
@@ -208,11 +209,11 @@ TEST_F(Export, WhatCannotBeExportedIsRefusedInALine) {
 
 TEST_F(Export, TheEyeThatADeepFileLeavesOutIsNamed) {
     render_both(Eye::left, "left");
-    EXPECT_EQ(made("--overwrite").find("left out"), std::string::npos);
+    EXPECT_EQ(made("--overwrite").find("not exported"), std::string::npos);
     render_both(Eye::right, "right");
-    EXPECT_NE(made("--overwrite").find("  right left out: a deep file holds one eye"), std::string::npos);
-    EXPECT_EQ(made("--overwrite --eye right").find("left out"), std::string::npos);
-    EXPECT_EQ(made("--overwrite --layout parts").find("left out"), std::string::npos);
+    EXPECT_NE(made("--overwrite").find("  right not exported: a deep file holds one eye"), std::string::npos);
+    EXPECT_EQ(made("--overwrite --eye right").find("not exported"), std::string::npos);
+    EXPECT_EQ(made("--overwrite --layout parts").find("not exported"), std::string::npos);
     EXPECT_EQ(nlohmann::json::parse(made("--overwrite --json"))["eyes_left_out"], nlohmann::json::array({"right"}));
 }
 
@@ -221,7 +222,7 @@ TEST_F(Export, NothingIsWrittenIntoTheRender) {
     render_both();
     const auto refused = [&](const std::string& source, const std::string& out) {
         expect_failure(run("export '" + path(source) + "' --layout parts --out '" + path(out) + "'"), 2,
-                       "expected a place outside what is read, found");
+                       "expected an output outside the input, found");
     };
     refused("r", "r");
     refused("r", "r/comp");

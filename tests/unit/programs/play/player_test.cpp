@@ -26,11 +26,11 @@ TEST_F(Notes, OnlyOfPosedFramesAreNumbersMissing) {
         settings.out = folder_ / (posed ? "posed" : "ordinary");
         const Report report = play(settings);
         EXPECT_EQ(report.played, 9);
-        EXPECT_EQ(std::ranges::count(report.notes, file.string() + " lacks frames between others: 177, from 6 on"),
+        EXPECT_EQ(std::ranges::count(report.notes, file.string() + ": frames missing in between: 177, the first is 6"),
                   posed ? 1 : 0);
         EXPECT_EQ(
-            std::ranges::any_of(report.notes,
-                                [](const std::string& note) { return note.find("lacks frames") != std::string::npos; }),
+            std::ranges::any_of(
+                report.notes, [](const std::string& note) { return note.find("frames missing") != std::string::npos; }),
             posed);
     }
 }

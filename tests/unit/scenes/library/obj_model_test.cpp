@@ -230,7 +230,7 @@ TEST_F(ObjModel, WhatGeometryWouldSufferFromIsAnErrorWithItsLine) {
     EXPECT_EQ(error("v 0 0 0\n\nv 1 x 0\n"), "model.obj:3: expected numbers after v, found x");
     EXPECT_EQ(error("v 0 0 nan\n"), "model.obj:1: expected numbers after v, found nan");
     EXPECT_EQ(error("v 1 2\n"), "model.obj:1: expected 3 numbers after v, found 2");
-    EXPECT_EQ(error("v 0 0 2e9\n"), "model.obj:1: expected coordinates from -1e9 to 1e9, found one beyond");
+    EXPECT_EQ(error("v 0 0 2e9\n"), "model.obj:1: expected coordinates from -1e9 to 1e9, found one outside");
     const std::string so_far = "expected one of the 4 vertices so far (1 is the first, -1 the last), found ";
     EXPECT_EQ(error(std::string(square) + "f 1 2 5\n"), "model.obj:5: " + so_far + "5");
     EXPECT_EQ(error(std::string(square) + "f 1 2 -5\n"), "model.obj:5: " + so_far + "-5");
@@ -254,7 +254,7 @@ TEST_F(ObjModel, WhatMerelyLooksWorseIsANote) {
     const SceneModel model = load(std::string("mtllib gone.mtl\n") + square +
                                   "usemtl fog\nf 1/9 2 3\nfoo 1\nfoo 2\ncurv 1\ns blunt\nf 1 3 4\n");
     const std::vector<std::string> expected = {"model.obj:1: no material file \"gone.mtl\": left out",
-                                               "model.obj:7: a vt or vn that is not there: left out",
+                                               "model.obj:7: a vt or vn that does not exist: left out",
                                                "model.obj:8: \"foo\" is not used (and 1 more)",
                                                "model.obj:10: \"curv\" is not used",
                                                "model.obj:11: a smoothing group that is no number: taken as off",

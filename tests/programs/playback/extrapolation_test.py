@@ -1,6 +1,6 @@
-"""Moving things while frames are late: carried on, they are nearer to where they are than where the newest frame shows them.
+"""Moving objects while frames are late: extrapolated, they are nearer to where they are than where the newest frame shows them.
 
-usage: carry_test.py BIN_DIR
+usage: extrapolation_test.py BIN_DIR
 """
 
 import json
@@ -21,10 +21,10 @@ VIEW = ["--method", "mesh", "--depth", "stream", "--size", SIZE, "--fov", FOV_DE
 TRUTH_HZ, TRUTH = 15, range(10, 14)  # each the sixth refresh of the display
 
 
-class Carry(unittest.TestCase):
+class Extrapolation(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_carry_"))
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_extrapolation_"))
         cls.scene = PROGRAMS.scene("motion", cls.root)
         cls.frames = cls.root / "frames"
         PROGRAMS.run("render", cls.scene, "--frames", "0-30", "--size", "320x160", "--spp", 1, "--aovs", "depth,motion,ids", "--out", cls.frames)
@@ -76,16 +76,16 @@ class Carry(unittest.TestCase):
         self.assertEqual(track["motion"], {"pictures": 31, "most_regions": 2, "bytes": motion["bytes"]})
         self.assertEqual(len(track["first_frame"]["moving"]), 2)
 
-    def test_carried_is_nearer_the_truth(self):
-        held = self.play("held", "motion.mkv", "--network", "delay=50", "--carry", 0)
-        carried = self.play("carried", "motion.mkv", "--network", "delay=50")
+    def test_extrapolated_is_nearer_the_truth(self):
+        held = self.play("held", "motion.mkv", "--network", "delay=50", "--extrapolate", 0)
+        extrapolated = self.play("extrapolated", "motion.mkv", "--network", "delay=50")
         # Half the error at least; 9 dB were measured.
-        self.assertGreater(self.coarse_db("carried"), self.coarse_db("held") + 6)
+        self.assertGreater(self.coarse_db("extrapolated"), self.coarse_db("held") + 6)
         self.assertFalse([frame for frame in held["frames"] if "moved_on" in frame])
-        each = {one["number"]: one for one in carried["viewing"]["each"]}
-        for frame in [frame for frame in carried["frames"] if frame["index"] in range(60, 79)]:
+        each = {one["number"]: one for one in extrapolated["viewing"]["each"]}
+        for frame in [frame for frame in extrapolated["frames"] if frame["index"] in range(60, 79)]:
             one = each[frame["index"]]
-            self.assertAlmostEqual(frame["moved_on"]["ms"], one["carried_on_ms"] + one["ahead_ms"], places=6)
+            self.assertAlmostEqual(frame["moved_on"]["ms"], one["extrapolated_ms"] + one["ahead_ms"], places=6)
             self.assertAlmostEqual(frame["moved_on"]["ms"], one["age_ms"], places=6)  # where they are by now
             self.assertGreater(frame["moved_on"]["pixels"], 1000)
 
@@ -108,7 +108,7 @@ class Carry(unittest.TestCase):
     def test_without_motion_nothing_is_different(self):
         """Frames in which nothing moves, and streams that say nothing, cost nothing and look the same."""
         PROGRAMS.run("encode", self.frames, "--out", self.root / "silent.mkv", "--depth", "auto", "--frames", "0-20")
-        for out, options in (("silent", []), ("silent-held", ["--carry", 0])):
+        for out, options in (("silent", []), ("silent-held", ["--extrapolate", 0])):
             report = self.play(out, "silent.mkv", "--network", "delay=50", *options)
             self.assertFalse([frame for frame in report["frames"] if "moved_on" in frame])
         pictures = sorted(path.name for path in (self.root / "silent/left").iterdir())
@@ -121,10 +121,17 @@ class Carry(unittest.TestCase):
             PROGRAMS.run("encode", self.root / "still", "--out", self.root / f"{name}.mkv", *options)
         self.assertEqual((self.root / "with.mkv").read_bytes(), (self.root / "without.mkv").read_bytes())
 
+    def test_the_name_of_earlier_versions_does_the_same_and_says_so(self):
+        words = ["play", self.root / "motion.mkv", *VIEW, "--head", self.head, "--carry", 0.125, "--out", self.root / "former"]
+        result = subprocess.run([PROGRAMS.folder / "equistream", *map(str, words)], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("equistream play: note: --carry is now called --extrapolate\n", result.stderr)
+        self.assertEqual(json.loads((self.root / "former/report.json").read_text())["settings"]["extrapolation_limit_s"], 0.125)
+
     def test_what_cannot_be_done_is_one_line(self):
         PROGRAMS.run("render", self.scene, "--frames", 0, "--size", "128x64", "--spp", 1, "--aovs", "depth", "--out", self.root / "plain")
         for words, mention in ((["encode", self.root / "plain", "--motion", "auto", "--out", self.root / "no.mkv"], "plane 'backward' for --motion (render --aovs depth,motion)"),
-                               (["play", self.root / "motion.mkv", *VIEW, "--head", self.head, "--carry", 2, "--out", self.root / "no"], "--carry: expected 0 to 1 s, found 2")):
+                               (["play", self.root / "motion.mkv", *VIEW, "--head", self.head, "--extrapolate", 2, "--out", self.root / "no"], "--extrapolate: expected 0 to 1 s, found 2")):
             result = subprocess.run([PROGRAMS.folder / "equistream", *map(str, words)], capture_output=True, text=True)
             self.assertEqual((result.returncode, len(result.stderr.splitlines())), (2, 1), result.stderr)
             self.assertIn(mention, result.stderr)
