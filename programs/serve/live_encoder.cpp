@@ -18,8 +18,6 @@ namespace {
 
 /// Viewers that come ask for groups, and key frames take bits from all.
 constexpr double shortest_group_s = 0.25;
-/// Where the line is full groups are so much longer: a key frame takes as much of it as twenty other pictures.
-constexpr double longer_on_a_full_line = 6;
 /// A group's range begins so much nearer than its first frame's nearest surface, as heads move on within it.
 constexpr double room_to_approach = 0.8;
 /// Depth is coded as asked for until colour has given up so many steps of CRF.
@@ -80,8 +78,7 @@ DepthRange LiveEncoder::range_before(const Part& part) const {
 }
 
 bool LiveEncoder::needs_group() const {
-    const double longest_s = coding_.longest_group_s * (coarser_ > 0 ? longer_on_a_full_line : 1);
-    if (!group_start_s_ || parts_.front().frame.info.time_s - *group_start_s_ >= longest_s)
+    if (!group_start_s_ || parts_.front().frame.info.time_s - *group_start_s_ >= coding_.longest_group_s)
         return true;
     return depth_code_ && std::ranges::any_of(parts_, [&](const Part& part) {
                return part.nearest_m < part.range.near_m && range_before(part).near_m < part.range.near_m;

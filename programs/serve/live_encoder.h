@@ -19,8 +19,8 @@ struct LiveCoding {
     std::string preset = "veryfast";
     bool depth = true;
     DepthCodeId depth_code = DepthCodeId::w10;
-    /// In scene time; six times as long where pictures are coded coarser than asked for. The server begins one for a
-    /// viewer that is behind. A browser whose decoder gave up waits for the next.
+    /// In scene time. The server begins one for a viewer that is behind. A browser whose decoder gave up waits for the
+    /// next.
     double longest_group_s = 10;
     std::string out;  ///< a file that gets the same bytes; empty: none
 };

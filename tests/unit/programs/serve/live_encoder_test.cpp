@@ -72,10 +72,6 @@ TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     EXPECT_TRUE(begins(312, 2, false)) << "nearer than its range";
     EXPECT_FALSE(begins(313, 2, false, 18));
     EXPECT_FALSE(begins(314, 2, false, 100));
-    EXPECT_FALSE(begins(2111, 2, false, 100)) << "a full line has no room for key frames";
-    EXPECT_TRUE(begins(2113, 2, false, 100)) << "after a minute";
-    EXPECT_FALSE(begins(2412, 2, false));
-    EXPECT_TRUE(begins(2414, 2, false));
     all += encoder.finish();
     auto crf = coded_with(folder, all);
     EXPECT_EQ((crf[{TrackRole::main, 312}]), 20);
