@@ -1,7 +1,5 @@
 #include "srt_line.h"
 
-#include "srt_wire.h"
-
 #include <equistream/error.h>
 
 #include <asio/error.hpp>

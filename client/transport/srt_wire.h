@@ -4,7 +4,6 @@
 /// SRT's own encryption is not used: it does not prove that the other end knows the secret.
 #include "wire.h"
 
-#include <asio/error.hpp>
 #include <asio/ip/udp.hpp>
 
 #include <functional>
@@ -12,13 +11,10 @@
 
 namespace equistream {
 
-/// What open() fails with where the other end uses another `parity`.
-inline constexpr auto other_parity = asio::error::no_protocol_option;
-
-/// Both ends must use the same `parity` (address.h). Not connected yet: open() does that first. It fails with an error
-/// of asio::system_category() where no server answers within `connect_s`, with another where the secret is another. An
-/// end that says nothing for twice `patience_s`, and for 5 s at least, is taken to have gone. Throws WorkError where
-/// the system has no room.
+/// Both ends must use the same `parity` (address.h); open() fails with other_parity where they do not. Not connected
+/// yet: open() does that first. It fails with an error of asio::system_category() where no server answers within
+/// `connect_s`, with another where the secret is another. An end that says nothing for twice `patience_s`, and for 5 s
+/// at least, is taken to have gone. Throws WorkError where the system has no room.
 std::unique_ptr<Wire> srt_wire(const asio::any_io_executor& executor, const asio::ip::udp::endpoint& server,
                                std::shared_ptr<asio::ssl::context> context, double patience_s, double connect_s,
                                int parity);

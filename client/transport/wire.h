@@ -7,6 +7,7 @@
 #include "received_rate.h"
 #include "under_way.h"
 
+#include <asio/error.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/ssl/context.hpp>
 
@@ -16,6 +17,9 @@
 #include <span>
 
 namespace equistream {
+
+/// What Wire::open() fails with over SRT where the other end sends another parity (address.h).
+inline constexpr auto other_parity = asio::error::no_protocol_option;
 
 class Wire {
 public:

@@ -185,9 +185,10 @@ def write_page(found, page):
     if "live" in found:
         text = place(text, "live", "stream", table(["by", "from", "the line carries, Mbit/s", "spheres", "later, median, s", "longest without one, s",
                                                     f"latest after {SETTLED_S} s", "CRF then"], live_rows(found["live"]), 2))
+    if "live_lines" in found:
         text = place(text, "live_lines", "stream", table(["sent", "line", "by", "spheres a second", "later, median, s", "95 %", "the latest", "longest without one, s",
                                                           "on the line, Mbit/s", "line's bytes / stream's", "CRF", "CRF of windows or tiles", "windows or tiles a sphere"],
-                                                         live_line_rows(found.get("live_lines", [])), 3))
+                                                         live_line_rows(found["live_lines"]), 3))
     if "pose" in found:
         text = place(text, "pose", "stream", table(["stage", "median, ms", "99 %, ms"], pose_rows(found["pose"]), 1))
     if "faults" in found:
