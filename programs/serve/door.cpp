@@ -1,5 +1,7 @@
 #include "door.h"
 
+#include "turned_away.h"
+
 #include <client/transport/secret.h>
 #include <client/transport/srt_wire.h>
 #include <programs/cli/program.h>
@@ -30,7 +32,8 @@ class TcpDoor : public Door {
 public:
     TcpDoor(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
             const std::string& option)
-        : acceptor_(io), scheme_(address.scheme), patience_s_(patience_s) {
+        : acceptor_(io), turned_away_(io.get_executor(), most_turned_away()), scheme_(address.scheme),
+          patience_s_(patience_s) {
         const tcp::endpoint endpoint = resolve(address, option);
         asio::error_code error;
         acceptor_.open(endpoint.protocol(), error);
@@ -50,6 +53,8 @@ public:
     }
     void accept(Came came) override {
         acceptor_.async_accept([this, came = std::move(came)](const asio::error_code& error, tcp::socket socket) {
+            if (error)
+                turned_away_.clear();  // it may want what they hold
             if (error || !acceptor_.is_open())
                 return came(error ? error : asio::error_code(asio::error::operation_aborted), {});
             asio::error_code gone;
@@ -61,15 +66,18 @@ public:
             came({}, {std::move(wire), peer.address(), peer.port()});
         });
     }
+    void turn_away(std::unique_ptr<Wire> wire) override { turned_away_.add(std::move(wire)); }
     void close() override {
         asio::error_code ignored;
         acceptor_.close(ignored);
+        turned_away_.clear();
     }
     bool is_open() const override { return acceptor_.is_open(); }
     ServerAddress address() const override { return address_of(scheme_, acceptor_.local_endpoint()); }
 
 private:
     tcp::acceptor acceptor_;
+    TurnedAway turned_away_;
     Scheme scheme_;
     double patience_s_;
     std::shared_ptr<asio::ssl::context> context_;  // null: not encrypted
@@ -111,6 +119,8 @@ public:
                 came(error, {std::move(wire), peer.address(), peer.port()});
             });
     }
+    /// Closed at once: whoever comes again has to shake hands first.
+    void turn_away(std::unique_ptr<Wire>) override {}
     void close() override { listener_->close(); }
     bool is_open() const override { return listener_->is_open(); }
     ServerAddress address() const override { return address_; }

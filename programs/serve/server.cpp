@@ -57,8 +57,10 @@ Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& prog
                     if (error)
                         return;
                     end.release();
-                    if (door_->is_open())
-                        welcome({tcp_wire(std::move(socket)), peer, port});
+                    if (!door_->is_open())
+                        return;
+                    Door::Guest guest{tcp_wire(std::move(socket)), peer, port};
+                    welcome(guest);
                 });
             });
 }
@@ -79,7 +81,9 @@ void Server::accept() {
             return;
         if (error)
             return retry_later(error);
-        welcome(std::move(guest));
+        welcome(guest);
+        if (guest.wire)
+            door_->turn_away(std::move(guest.wire));
         accept();
     });
 }
@@ -111,7 +115,7 @@ void Server::refuse(const std::string& address, const std::string& why) {
     tell({"refused", 0, address, 0, why});
 }
 
-void Server::welcome(Door::Guest guest) {
+void Server::welcome(Door::Guest& guest) {
     guest.address = unmapped(guest.address);
     const std::string address = peer_text(guest.address, guest.port);
     if (const std::string why = refusal(guest.address); !why.empty())

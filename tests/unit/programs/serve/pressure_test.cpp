@@ -73,6 +73,24 @@ TEST_F(Serving, AFloodOfConnectionsSpoilsNeitherAViewersStreamNorTheLog) {
     EXPECT_GE(server.lines_with(" log lines about viewers were skipped"), 1) << server.log();
 }
 
+/// One refused connection, that is made again as soon as it is closed, costs the server no more than one a second.
+TEST_F(Serving, WhoIsRefusedIsClosedASecondLater) {
+    record_large("a.mkv");
+    Server server(arguments("a.mkv", {"--viewers", "1"}), place());
+    const std::uint16_t port = server.port();
+    Viewer viewer(port);
+    EXPECT_EQ(viewer.read(10).size(), 10u);
+    const auto start = Clock::now();
+    for (int i = 1; i <= 3; ++i) {
+        EXPECT_TRUE(Viewer(port).read().empty());
+        EXPECT_GE(seconds_since(start), 0.99 * i);
+    }
+    Viewer last(port);  // is still waiting
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("refused") == 4; })) << server.log();
+    EXPECT_EQ(server.end_by(SIGTERM), 0);
+    EXPECT_TRUE(last.read().empty());
+}
+
 TEST_F(Serving, SaysWhoCanComeToIt) {
     record("a.mkv");
     for (const auto& [listen, said] : {std::pair("tcp://0.0.0.0:0", "no secret, no encryption"),

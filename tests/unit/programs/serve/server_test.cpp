@@ -18,12 +18,14 @@ class GivenDoor : public Door {
 public:
     void listen(const std::string&) override {}
     void accept(Came came) override { came_ = std::move(came); }
+    void turn_away(std::unique_ptr<Wire> wire) override { turned_away.push_back(std::move(wire)); }
     void close() override { is_open_ = false; }
     bool is_open() const override { return is_open_; }
     ServerAddress address() const override { return {.host = "127.0.0.1"}; }
     void come(const std::string& from, std::unique_ptr<Wire> wire) {
         std::exchange(came_, nullptr)({}, {std::move(wire), asio::ip::make_address(from), 1000});
     }
+    std::vector<std::unique_ptr<Wire>> turned_away;
 
 private:
     Came came_;
@@ -92,6 +94,7 @@ TEST(Servers, LetInFourOfEachAddressAndAnyNumberOfThisMachine) {
         served.come_in("127.0.0.1");
     EXPECT_EQ(served.server.viewers(), 14u);
     EXPECT_EQ(served.server.figures().refused, 2 + 1 + 2);
+    EXPECT_EQ(served.door->turned_away.size(), 5u);
 }
 
 TEST(Servers, WaitForSixteenOfEachAddressAndSixtyFourInAllToShowTheSecret) {

@@ -1,0 +1,46 @@
+#pragma once
+/// Connections that are refused, kept open for a moment before they are closed. Whoever connects again as soon as it is
+/// closed would otherwise keep the server busy: 500 of them came 6,400 times a second. One thread: that of `executor`.
+#include <client/transport/wire.h>
+
+#include <asio/any_io_executor.hpp>
+#include <asio/steady_timer.hpp>
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <memory>
+
+namespace equistream::serve {
+
+class TurnedAway {
+public:
+    using Clock = asio::steady_timer::clock_type;
+    static constexpr std::chrono::milliseconds held_for{1000};
+
+    /// Holds `most` at a time at most.
+    TurnedAway(const asio::any_io_executor& executor, std::size_t most);
+
+    /// Not opened. Where there are as many already, the connection is closed at once.
+    void add(std::unique_ptr<Wire> wire);
+    /// Closes all.
+    void clear();
+    std::size_t size() const { return held_.size(); }
+
+private:
+    struct Held {
+        Clock::time_point until;
+        std::unique_ptr<Wire> wire;
+    };
+
+    void wait();
+
+    std::size_t most_;
+    std::deque<Held> held_;  ///< the oldest first
+    asio::steady_timer timer_;
+};
+
+/// Half of the files that this process may have open, 512 at most.
+std::size_t most_turned_away();
+
+}  // namespace equistream::serve

@@ -1,0 +1,73 @@
+/// How many refused connections are held, and for how long.
+#include <programs/serve/turned_away.h>
+
+#include <asio/io_context.hpp>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+namespace equistream::serve {
+namespace {
+
+struct CountedWire : Wire {
+    explicit CountedWire(int& open) : open_(open) { ++open_; }
+    ~CountedWire() override { --open_; }
+    void open(Opened) override {}
+    void read_some(std::span<char>, Moved) override {}
+    void write_some(std::span<const char>, Moved) override {}
+    Unacknowledged unacknowledged() override { return {}; }
+    void end_writing() override {}
+    void close() override {}
+
+private:
+    int& open_;
+};
+
+struct Held {
+    void add() { away.add(std::make_unique<CountedWire>(open)); }
+
+    asio::io_context io;
+    int open = 0;
+    TurnedAway away{io.get_executor(), 3};
+};
+
+TEST(TurnedAwayConnections, AreClosedAfterTheirTime) {
+    Held held;
+    const auto start = TurnedAway::Clock::now();
+    held.add();
+    held.io.run_for(TurnedAway::held_for / 2);
+    held.add();
+    EXPECT_EQ(held.open, 2);
+    held.io.restart();
+    held.io.run_one();
+    EXPECT_EQ(held.open, 1) << "each has its own time";
+    EXPECT_GE(TurnedAway::Clock::now() - start, TurnedAway::held_for);
+    held.io.run();
+    EXPECT_EQ(held.open, 0);
+    EXPECT_GE(TurnedAway::Clock::now() - start, TurnedAway::held_for * 3 / 2);
+}
+
+TEST(TurnedAwayConnections, BeyondTheLimitAreClosedAtOnce) {
+    Held held;
+    for (int i = 0; i < 5; ++i)
+        held.add();
+    EXPECT_EQ(held.open, 3);
+    EXPECT_EQ(held.away.size(), 3u);
+    held.io.run();
+    EXPECT_EQ(held.open, 0);
+    held.add();
+    EXPECT_EQ(held.open, 1) << "there is room again";
+}
+
+TEST(TurnedAwayConnections, LeaveNothingToDoOnceAllAreClosed) {
+    Held held;
+    held.add();
+    held.away.clear();
+    EXPECT_EQ(held.open, 0);
+    const auto start = TurnedAway::Clock::now();
+    held.io.run();
+    EXPECT_LT(TurnedAway::Clock::now() - start, TurnedAway::held_for);
+}
+
+}  // namespace
+}  // namespace equistream::serve
