@@ -18,7 +18,7 @@ struct Pass {
     double side, shift;
 };
 constexpr Pass passes[] = {{1.0 / 2, 0}, {1.0 / 2, 0.5}, {1, 0.25}, {1, 0.75}};
-constexpr int smallest_side_log2 = -8;
+constexpr int min_side_log2 = -8;
 
 struct ClusterKey {
     std::int32_t level = 0, x = 0, y = 0, z = 0;
@@ -37,7 +37,7 @@ struct Placed {
 
 ClusterKey key_of(const TriangleCorners& t, double distance_m, const Pass& pass) {
     ClusterKey key;
-    key.level = std::max(smallest_side_log2, std::ilogb(std::max(distance_m, 1e-6) * pass.side));
+    key.level = std::max(min_side_log2, std::ilogb(std::max(distance_m, 1e-6) * pass.side));
     const double side = std::ldexp(1.0, key.level);
     const glm::dvec3 middle = (glm::dvec3(t.a) + glm::dvec3(t.b) + glm::dvec3(t.c)) / 3.0;
     const glm::ivec3 cell(glm::floor(middle / side + pass.shift));

@@ -290,7 +290,7 @@ private:
     }
 
     double foreign_rate() const {
-        const double per_second = reader_.tracks().front().most_frames_per_second;
+        const double per_second = reader_.tracks().front().max_frames_per_second;
         return range_mismatch(per_second, 1e-6, 1e6) ? FrameInfo{}.frames_per_second : per_second;
     }
 

@@ -34,7 +34,7 @@ constexpr std::string_view parity_query = "?parity=";
 std::optional<int> parity_of(std::string_view query) {
     const auto parity =
         query.starts_with(parity_query) ? number_of<int>(query.substr(parity_query.size())) : std::nullopt;
-    return parity && *parity >= least_parity && *parity <= most_parity ? parity : std::nullopt;
+    return parity && *parity >= min_parity && *parity <= max_parity ? parity : std::nullopt;
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct ServerAddress {
 inline constexpr const char* secret_variable = "EQUISTREAM_SECRET";
 
 /// Of `ServerAddress::parity`.
-inline constexpr int least_parity = 2, usual_parity = 10, most_parity = 100;
+inline constexpr int min_parity = 2, usual_parity = 10, max_parity = 100;
 
 /// Nothing for what is no such address. tcp:// has no secret.
 std::optional<ServerAddress> parse_server_address(const std::string& source);

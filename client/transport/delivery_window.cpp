@@ -20,7 +20,7 @@ constexpr double gain = 2;
 /// What was written itself waits in a queue, so that it is acknowledged later. Where nothing has been acknowledged as
 /// soon for that long, the queue is emptied, for one such delay and this long, to see the line alone.
 constexpr double drain_s = 0.1;
-constexpr double least_bytes = 1 << 16, most_bytes = 1 << 23;
+constexpr double min_bytes = 1 << 16, max_bytes = 1 << 23;
 
 }  // namespace
 
@@ -87,7 +87,7 @@ double DeliveryWindow::acknowledged_after_s() const {
 std::size_t DeliveryWindow::bytes() const {
     const bool drains = drains_until_s_ >= 0;
     return std::size_t(
-        std::clamp(drains ? 0 : gain * bytes_per_second() * acknowledged_after_s(), least_bytes, most_bytes));
+        std::clamp(drains ? 0 : gain * bytes_per_second() * acknowledged_after_s(), min_bytes, max_bytes));
 }
 
 }  // namespace equistream

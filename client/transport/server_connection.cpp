@@ -32,7 +32,7 @@ namespace {
 constexpr std::chrono::milliseconds between_questions{50};
 
 /// Of what has arrived and was not read yet; more waits with the server.
-constexpr std::size_t most_kept_bytes = 1 << 18;
+constexpr std::size_t max_kept_bytes = 1 << 18;
 
 /// Of it all addresses of a server together may take so much: then who waits is told what went wrong.
 constexpr double share_of_patience = 0.9;
@@ -259,7 +259,7 @@ private:
                 // Without encryption nobody can tell an end from a cut; the stream's own pictures do.
                 if (context_ && error && error != asio::error::eof)
                     cut_ = error.message();
-                is_full_ = !error && arrived_.size() >= most_kept_bytes;
+                is_full_ = !error && arrived_.size() >= max_kept_bytes;
                 more = !has_ended_ && !is_full_;
             });
             if (more)

@@ -53,8 +53,8 @@ SRTSOCKET make_srt_socket(double patience_s, double connect_s, int parity) {
     throw WorkError("SRT: " + reason);
 }
 
-SrtLine::SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket, std::size_t most_unread_bytes)
-    : executor_(executor), socket_(socket), most_unread_bytes_(most_unread_bytes), poll_(executor), look_(executor) {}
+SrtLine::SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket, std::size_t max_unread_bytes)
+    : executor_(executor), socket_(socket), max_unread_bytes_(max_unread_bytes), poll_(executor), look_(executor) {}
 
 void SrtLine::connect(const asio::ip::udp::endpoint& server, Wire::Opened connected) {
     writes_.push_back([self = shared_from_this(), connected = std::move(connected)] {
@@ -93,7 +93,7 @@ void SrtLine::drain() {
         got = srt_recvmsg(socket_, unread_.data() + size, int(srt_payload_bytes));
         unread_.resize(size + std::size_t(got > 1 ? got : 0));  // one byte is the filler
         received_ = got > 0 ? Clock::now() : received_;
-    } while (got > 0 && unread_.size() - unread_begin_ <= most_unread_bytes_);
+    } while (got > 0 && unread_.size() - unread_begin_ <= max_unread_bytes_);
     const bool more_may_come = got < 0 && srt_getlasterror(nullptr) == SRT_EASYNCRCV;
     if (!more_may_come) {
         has_ended_ = true;

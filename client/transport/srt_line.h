@@ -32,8 +32,8 @@ SRTSOCKET make_srt_socket(double patience_s, double connect_s, int parity);
 /// In the io_context's thread, as a Wire; but several reads may wait. Its callbacks keep it until close().
 class SrtLine : public std::enable_shared_from_this<SrtLine> {
 public:
-    /// Ends where more than `most_unread_bytes` have come and were not read.
-    SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket, std::size_t most_unread_bytes);
+    /// Ends where more than `max_unread_bytes` have come and were not read.
+    SrtLine(const asio::any_io_executor& executor, SRTSOCKET socket, std::size_t max_unread_bytes);
     ~SrtLine() { close(); }
     SrtLine(const SrtLine&) = delete;
     SrtLine& operator=(const SrtLine&) = delete;
@@ -67,7 +67,7 @@ private:
     SRTSOCKET socket_;
     bool is_closed_ = false;
 
-    std::size_t most_unread_bytes_;
+    std::size_t max_unread_bytes_;
     std::vector<char> unread_;  // from unread_begin_ on
     std::size_t unread_begin_ = 0;
     std::deque<Read> reads_;

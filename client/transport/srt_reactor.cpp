@@ -18,7 +18,7 @@ namespace equistream {
 
 namespace {
 
-constexpr int most_at_once = 64;
+constexpr int max_at_once = 64;
 constexpr std::chrono::milliseconds between_failures{10};
 
 }  // namespace
@@ -117,9 +117,9 @@ void SrtReactor::tell(SRTSOCKET socket, Direction direction) {
 
 void SrtReactor::run() {
     for (;;) {
-        std::array<SRTSOCKET, most_at_once> readable{}, writable{};
+        std::array<SRTSOCKET, max_at_once> readable{}, writable{};
         std::array<SYSSOCKET, 1> woken{};
-        int reads = most_at_once, writes = most_at_once, wakes = 1;
+        int reads = max_at_once, writes = max_at_once, wakes = 1;
         if (srt_epoll_wait(epoll_, readable.data(), &reads, writable.data(), &writes, -1, woken.data(), &wakes, nullptr,
                            nullptr) < 0) {
             reads = writes = 0;
@@ -128,9 +128,9 @@ void SrtReactor::run() {
         const std::lock_guard lock(mutex_);
         if (has_ended_)
             return;
-        for (int i = 0; i < reads && i < most_at_once; ++i)
+        for (int i = 0; i < reads && i < max_at_once; ++i)
             tell(readable[std::size_t(i)], Direction::read);
-        for (int i = 0; i < writes && i < most_at_once; ++i)
+        for (int i = 0; i < writes && i < max_at_once; ++i)
             tell(writable[std::size_t(i)], Direction::write);
     }
 }

@@ -133,10 +133,10 @@ std::span<GLFWmonitor*> monitors() {
 
 /// Whether enough of it would be on a display to be seen and taken hold of.
 bool can_be_seen(const DesktopPlace& place) {
-    constexpr int least_px = 64;
+    constexpr int min_px = 64;
     return std::ranges::any_of(monitors(), [&](GLFWmonitor* monitor) {
         const gl::Size part = shown_part(monitor, place);
-        return part.width >= std::min(least_px, place.width) && part.height >= std::min(least_px, place.height);
+        return part.width >= std::min(min_px, place.width) && part.height >= std::min(min_px, place.height);
     });
 }
 

@@ -165,9 +165,9 @@ double square_rows(int columns, const LongitudeLatitudeRange& range) {
 }
 
 cli::Size default_sphere_size(const LongitudeLatitudeRange& range) {
-    constexpr int columns = 1920, most_rows = 4 * columns;
+    constexpr int columns = 1920, max_rows = 4 * columns;
     const double rows = square_rows(columns, range);
-    if (rows > most_rows)
+    if (rows > max_rows)
         throw InputError(expected_found("--range", "at most 4 times as high as wide, or --size as well",
                                         formatted("%d columns of square pixels, %.0f high", columns, rows)));
     return {columns, std::max(2, 2 * int(std::lround(rows / 2)))};

@@ -334,7 +334,7 @@ PatchSettings patch_settings(const RenderOptions& options, double head_radius_m)
     settings.box_radius_m = head_box_radius(static_cast<Eye>(options.eyes.front()), head_radius_m, options.ipd_m);
     settings.budget = options.patch_budget_percent / 100;
     settings.block_side =
-        options.patch_side > 0 ? options.patch_side : smallest_patch_side(settings.sphere, settings.budget);
+        options.patch_side > 0 ? options.patch_side : finest_patch_side(settings.sphere, settings.budget);
     if (!(settings.box_radius_m > 0))
         throw InputError(expected_found("--patches", "a head box: --ipd or head_box.lean_m above 0",
                                         "eyes that stay at the sphere's centre"));

@@ -16,7 +16,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t records_a_path = 4;
 constexpr int max_surfaces = 32;  // of a path, panes included
 /// Variance of skylight must shrink by this factor, or the scene is better off without.
-constexpr double least_gain = 1.5;
+constexpr double min_gain = 1.5;
 /// On a ball's squared radius: what the first paths left through is less than all of an opening.
 constexpr float margin = 1.5f;
 /// Paths of each round, and the most balls added after it.
@@ -227,8 +227,8 @@ void find_openings(const TracedScene& scene, std::span<const SkyRecord> records,
         if (records[i].light > 0 &&
             (known.empty() || known.pdf(records[i].position, unpacked(records[i].direction)) == 0))
             lit.push_back(i);
-    constexpr std::size_t most_places = 2048;
-    const std::size_t step = lit.size() / most_places + 1;
+    constexpr std::size_t max_places = 2048;
+    const std::size_t step = lit.size() / max_places + 1;
     std::vector<Place> places(lit.size() / step);
     for_each_index(places.size(), threads, [&] {
         return [&, threshold = std::make_unique<Threshold>(scene)](std::size_t k) {
@@ -280,7 +280,7 @@ SkyOpenings learn_openings(const TracedScene& scene, std::span<const glm::vec3> 
         if (known == 0)
             continue;
         table = SkyOpenings(records, openings);
-        if (table.gain() < least_gain)
+        if (table.gain() < min_gain)
             return {};
     }
     return table;

@@ -160,9 +160,9 @@ void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bs
     if (cell.list.empty() && by_image == 0)
         return;
     // Russian roulette by what is to be expected; the means of cells hide bright spots.
-    constexpr float least_likely = 0.05f;
+    constexpr float min_probability = 0.05f;
     const float likely =
-        cell.list.empty() ? 1 : std::clamp(largest(path.throughput) * cell.skylight, least_likely, 1.0f);
+        cell.list.empty() ? 1 : std::clamp(largest(path.throughput) * cell.skylight, min_probability, 1.0f);
     if (likely < 1 && path.sampler.next_hashed() >= likely)
         return;
     glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::sky);

@@ -85,7 +85,7 @@ namespace {
 
 /// A cell has at least half as many records, or all of its side. Fewer would miss openings that light it.
 constexpr std::size_t records_a_cell = 16384;
-constexpr std::size_t most_openings = 64;  // of a cell
+constexpr std::size_t max_openings = 64;  // of a cell
 
 /// Axis of the largest component, twice; odd where it is negative.
 std::size_t facing(const glm::vec3& normal) {
@@ -236,7 +236,7 @@ private:
                 order.push_back(k);
         std::ranges::sort(order,
                           [&](auto a, auto b) { return light[a] > light[b] || (light[a] == light[b] && a < b); });
-        order.resize(std::min(most_openings, order.size()));
+        order.resize(std::min(max_openings, order.size()));
         float total = 0;
         for (const std::uint32_t k : order)
             total += light[k];

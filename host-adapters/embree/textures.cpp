@@ -74,13 +74,13 @@ std::vector<Uses> uses_of_textures(const SceneModel& model) {
     return uses;
 }
 
-constexpr double cache_share_of_memory = 0.25, least_cache_megabytes = 512, most_cache_megabytes = 4096;
+constexpr double cache_share_of_memory = 0.25, min_cache_megabytes = 512, max_cache_megabytes = 4096;
 
 }  // namespace
 
 float cache_megabytes(double memory_bytes) {
     const double share = cache_share_of_memory * memory_bytes * 0x1p-20;
-    return static_cast<float>(std::clamp(share, least_cache_megabytes, most_cache_megabytes));
+    return static_cast<float>(std::clamp(share, min_cache_megabytes, max_cache_megabytes));
 }
 
 Textures::Textures(const SceneModel& model)

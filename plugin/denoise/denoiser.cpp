@@ -24,7 +24,7 @@ constexpr int pole_margin = 32;
 constexpr int widest = 2560, highest = 1536;
 /// What the library may take for one block.
 constexpr int scratch_mib = 1536;
-constexpr float largest_radiance = 65504;  // of a half float
+constexpr float max_radiance = 65504;  // of a half float
 
 constexpr const char* image_names[] = {"color", "albedo", "normal"};
 
@@ -158,7 +158,7 @@ void Denoiser::denoise(Frame& frame) {
     if (blocks.count() > 1)
         noisy_ = colour;
     for (int block = 0; block < blocks.count(); ++block) {
-        fill(blocks, block, blocks.count() > 1 ? noisy_ : colour, 0, 0, largest_radiance);
+        fill(blocks, block, blocks.count() > 1 ? noisy_ : colour, 0, 0, max_radiance);
         if (albedo != nullptr)
             fill(blocks, block, *albedo, 1, 0, 1);
         if (normal != nullptr)

@@ -21,18 +21,18 @@ constexpr int radii[] = {3, 10, 31};
 /// Squared standard errors that noise alone never reaches.
 constexpr float noise2 = 16;
 /// Of the level: differences below it are none.
-constexpr float least_change = 0.001f;
+constexpr float min_change = 0.001f;
 /// Pixels over which a denoiser or an eye takes means: bias weighs so much more than noise.
 constexpr float pixels_seen_together = 100;
 /// Pixels around one in which lost detail is looked for.
 constexpr int detail_radius = 5;
 /// Standard errors of it that noise alone may reach, and how much of the noise it may be at most.
-constexpr double detail_sure = 1.5, most_lost = 1000;
+constexpr double detail_sure = 1.5, max_lost = 1000;
 /// Times what shows as white: larger innovations count as so much. Sums of their fourth power still tell other pixels
 /// apart.
-constexpr double most_innovation = 16;
+constexpr double max_innovation = 16;
 /// Of the level: lost detail below it is not seen.
-constexpr float least_detail = 0.01f;
+constexpr float min_detail = 0.01f;
 /// Pixels around one over which denoised and accumulated light are told apart, and how surely: noise alone gives none
 /// of the latter a share.
 constexpr int share_radius = 4;
@@ -175,7 +175,7 @@ void History::sum_around(int radius, const Use& use) {
 void History::find_changes() {
     for (const int radius : radii)
         sum_around(radius, [&](std::size_t pixel, const auto& sum) {
-            const double floor = double(least_change) * sum.level / sum.count;
+            const double floor = double(min_change) * sum.level / sum.count;
             const double difference = sum.difference / sum.count;
             const double noise = double(noise2) * std::max(sum.variance, 0.0) / (sum.count * sum.count);
             bias2_[pixel] =
@@ -185,7 +185,7 @@ void History::find_changes() {
 
 /// Also takes down the innovations, for the next frame.
 void History::find_lost_detail(const Planes& planes) {
-    const float most = static_cast<float>(most_innovation / exposure_);
+    const float most = static_cast<float>(max_innovation / exposure_);
     for_each_row(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(x, y);
@@ -194,7 +194,7 @@ void History::find_lost_detail(const Planes& planes) {
             const bool is_known = f.count > 0 && m.count > 0;
             const float now = is_known ? std::clamp(f.level - brightness(m.colour), -most, most) : 0;
             const float before = std::exchange(m.innovation, now);
-            const float again = now * before, unseen = least_detail * std::min(f.level, most);
+            const float again = now * before, unseen = min_detail * std::min(f.level, most);
             // Not where it stayed in its pixel, nor where the frame before had nothing to be compared with.
             changes_[i] = is_known && before != 0 && std::isfinite(m.most)
                               ? Change{again - unseen * unseen, again * again, now * now, 1}
@@ -203,7 +203,7 @@ void History::find_lost_detail(const Planes& planes) {
     });
     sum_around(detail_radius, [&](std::size_t pixel, const auto& sum) {
         const double lost2 = sum.difference - detail_sure * std::sqrt(std::max(sum.variance, 0.0));
-        const double of_noise = std::max(sum.level - sum.difference, lost2 / most_lost);
+        const double of_noise = std::max(sum.level - sum.difference, lost2 / max_lost);
         lost_[pixel] = lost2 > 0 ? static_cast<float>(lost2 / of_noise) : 0;
     });
 }

@@ -20,7 +20,7 @@ constexpr float normal_tolerance = 0.9f, turning_normal_tolerance = 0.8f;
 /// Two surfaces are apart by more pixels than a surface bends by from one to the next, and slide along each other.
 constexpr float rim_gap_px = 2, sliding_px = 0.05f;
 /// Less of a bilinear look-up's weight on the same thing is too far aside.
-constexpr float least_weight = 0.1f;
+constexpr float min_weight = 0.1f;
 /// Earlier frames that count where resampling blurs: where something slides along something else, what a pixel shows of
 /// each changes; beside it neighbours are missing. More would gain less noise than they cost.
 constexpr float rim_frames = 3, edge_frames = 5;
@@ -305,7 +305,7 @@ History::Mean History::found(const Sought& sought) const {
             sum.recent += weight * m.recent;
             sum.innovation += weight * m.innovation;
         }
-    if (same < least_weight)
+    if (same < min_weight)
         return {};
     const float scale = 1 / weights;
     sum.colour *= scale;

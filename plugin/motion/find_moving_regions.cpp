@@ -20,7 +20,7 @@ constexpr double fitted_share = 0.98;
 /// Share of a piece's pixels that each neighbour must show: a few fit any twist.
 constexpr double shown_share = 0.5;
 /// A piece is not halved below this; a twist that leaves this share of its movement is better than none.
-constexpr std::size_t smallest_halved = 64;
+constexpr std::size_t min_halved = 64;
 constexpr double useful_share = 0.5;
 /// Neighbouring pixels belong together where their movements differ by no more than this share.
 constexpr double same_movement_share = 0.25;
@@ -173,7 +173,7 @@ private:
             }
             fits = fits && double(within) >= fitted_share * double(known.size());
         }
-        if (!fits && piece.size() >= smallest_halved)
+        if (!fits && piece.size() >= min_halved)
             return halve(std::move(piece));
         const bool any_moves = std::ranges::any_of(piece, [&](Pixel p) { return moves(p); });
         if (!any_moves || (!fits && left_rad > useful_share * moved_rad))

@@ -80,7 +80,7 @@ PatchAtlas empty_atlas(const PatchSettings& settings) {
     return atlas;
 }
 
-int smallest_patch_side(const EquirectCamera& sphere, double budget) {
+int finest_patch_side(const EquirectCamera& sphere, double budget) {
     const double pixels = budget * sphere.width * sphere.height;
     int side = min_patch_side;
     while (side + 4 <= max_patch_side && pixels / (side * side) > max_patch_slots)

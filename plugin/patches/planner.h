@@ -34,7 +34,7 @@ struct PatchSettings {
 
 /// The least side, a multiple of 4 so that blocks fit those of video codecs, whose slots hold the budget: small blocks
 /// show more for as many pixels, but an atlas has at most max_patch_slots of them.
-int smallest_patch_side(const EquirectCamera& sphere, double budget);
+int finest_patch_side(const EquirectCamera& sphere, double budget);
 
 /// How a plan came out. Shares are of the gap samples' weight.
 struct PatchFigures {

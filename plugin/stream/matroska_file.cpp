@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t ebml_id = 0x1a45dfa3, segment_id = 0x18538067;
 constexpr std::size_t id_bytes = 4;
-constexpr std::int64_t longest_header_bytes = 1 << 16;
+constexpr std::int64_t max_header_bytes = 1 << 16;
 
 /// Nothing where the head ends before.
 std::optional<std::uint64_t> number_at(std::span<const char> head, std::int64_t offset, std::size_t count) {
@@ -54,7 +54,7 @@ std::vector<char> first_bytes(const std::string& file, std::size_t count) {
 
 std::optional<SegmentSize> segment_size(std::span<const char> head) {
     const auto header = number_at(head, 0, id_bytes) == ebml_id ? size_at(head, id_bytes) : std::nullopt;
-    if (!header || !header->value || *header->value > longest_header_bytes)
+    if (!header || !header->value || *header->value > max_header_bytes)
         return std::nullopt;
     const std::int64_t behind = header->offset + header->bytes + *header->value;
     if (number_at(head, behind, id_bytes) != segment_id)

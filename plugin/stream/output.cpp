@@ -19,7 +19,7 @@ namespace equistream {
 
 namespace {
 
-constexpr std::size_t least_buffer_bytes = 1 << 16;
+constexpr std::size_t min_buffer_bytes = 1 << 16;
 
 bool exists_and_is_no_file(const std::string& path) {
     struct stat status;
@@ -56,11 +56,11 @@ std::string extension_of(const std::string& target) {
 /// Where a link leads, its file is replaced and not the link. The file need not be there yet.
 std::string behind_links(const std::string& target) {
     namespace fs = std::filesystem;
-    constexpr int most_links = 40;  // as the system follows
+    constexpr int max_links = 40;  // as the system follows
     fs::path file = target;
     std::error_code error;
     for (int links = 0; fs::is_symlink(file, error); ++links) {
-        const fs::path leads_to = links < most_links ? fs::read_symlink(file, error) : fs::path();
+        const fs::path leads_to = links < max_links ? fs::read_symlink(file, error) : fs::path();
         if (leads_to.empty())
             throw InputError(expected_found(target, "a place that can be written",
                                             error ? error.message() : "a symbolic link that leads back to itself"));
@@ -124,8 +124,8 @@ void Output::open_aside() {
         close(std::exchange(file_, -1));
 }
 
-void Output::make_io(std::size_t longest_header_bytes) {
-    const auto buffer_bytes = static_cast<int>(std::max(longest_header_bytes, least_buffer_bytes));
+void Output::make_io(std::size_t max_header_bytes) {
+    const auto buffer_bytes = static_cast<int>(std::max(max_header_bytes, min_buffer_bytes));
     auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
     const bool can_go_back = !aside_.empty() && !tap_;
     io_ = buffer ? avio_alloc_context(buffer, buffer_bytes, 1, this, nullptr, &Output::write_bytes,
@@ -139,10 +139,10 @@ void Output::make_io(std::size_t longest_header_bytes) {
     }
 }
 
-Output::Output(const std::string& target, std::optional<StreamTap> tap, std::size_t longest_header_bytes)
+Output::Output(const std::string& target, std::optional<StreamTap> tap, std::size_t max_header_bytes)
     : target_(target), tap_(std::move(tap)) {
     if (tap_ && tap_->alone) {
-        make_io(longest_header_bytes);
+        make_io(max_header_bytes);
         return;
     }
     if (tap_ && is_url(target))
@@ -161,7 +161,7 @@ Output::Output(const std::string& target, std::optional<StreamTap> tap, std::siz
     if (file_ < 0)
         throw InputError(expected_found(target_, "a place that can be written",
                                         aside_.empty() ? std::strerror(errno) : lock_problem(aside_, errno)));
-    make_io(longest_header_bytes);
+    make_io(max_header_bytes);
 }
 
 Output::~Output() {

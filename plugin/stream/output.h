@@ -16,7 +16,7 @@ public:
     /// Opens NAME.part for a path, the path itself for a device or pipe, or the URL; nothing for a tap that is alone.
     /// Throws InputError. Muxers go back to fill in how long something is: it must fit into so many bytes. Only in
     /// NAME.part without a tap they can go back farther.
-    Output(const std::string& target, std::optional<StreamTap> tap, std::size_t longest_header_bytes);
+    Output(const std::string& target, std::optional<StreamTap> tap, std::size_t max_header_bytes);
     ~Output();
     Output(const Output&) = delete;
     Output& operator=(const Output&) = delete;
@@ -35,7 +35,7 @@ private:
     static int write_bytes(void* self, std::uint8_t* bytes, int size);
     static std::int64_t go_to(void* self, std::int64_t offset, int whence);
     void open_aside();
-    void make_io(std::size_t longest_header_bytes);
+    void make_io(std::size_t max_header_bytes);
     [[noreturn]] void fail() const;
 
     void write_to_file(const std::uint8_t* bytes, int size);

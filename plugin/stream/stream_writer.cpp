@@ -23,8 +23,8 @@ namespace equistream {
 namespace {
 
 /// libavformat keeps a fragment until it is whole: 2 GiB of a track at most, and a box holds 4 GiB.
-constexpr std::int64_t most_fragment_bytes = std::int64_t{1} << 30;
-constexpr int most_cluster_bytes = 1 << 15, longest_cluster_ms = 1000;
+constexpr std::int64_t max_fragment_bytes = std::int64_t{1} << 30;
+constexpr int max_cluster_bytes = 1 << 15, max_cluster_ms = 1000;
 
 struct WrittenTrack {
     WrittenTrack(const StreamSettings& settings, const TrackSettings& track, bool global_header)
@@ -89,7 +89,7 @@ void require(const std::string& what, const std::optional<Mismatch>& mismatch) {
 }
 
 /// What an mp4 says of its tracks at first, or of the pictures of a group.
-std::size_t longest_header_bytes(const StreamSettings& settings) {
+std::size_t max_header_bytes(const StreamSettings& settings) {
     constexpr std::size_t of_track = 8192, of_picture = 40;
     return settings.tracks.size() * (of_track + of_picture * std::size_t(settings.gop));
 }
@@ -155,7 +155,7 @@ StreamWriter::State::State(const std::string& target_name, const StreamSettings&
             std::make_unique<WrittenTrack>(settings, track, (format->oformat->flags & AVFMT_GLOBALHEADER) != 0));
         add_stream(*tracks.back());
     }
-    output = std::make_unique<Output>(target, std::move(tap), is_mp4() ? longest_header_bytes(settings) : 0);
+    output = std::make_unique<Output>(target, std::move(tap), is_mp4() ? max_header_bytes(settings) : 0);
     format->pb = output->io();
     write_header();
 }
@@ -216,13 +216,13 @@ void StreamWriter::State::write_header() {
     // Written front to back, playable up to any cut: a fragment per group of pictures can be read without what follows.
     if (is_mp4()) {
         options.set("movflags", "frag_keyframe+empty_moov+default_base_moof");
-        options.set("frag_size", std::to_string(most_fragment_bytes));
+        options.set("frag_size", std::to_string(max_fragment_bytes));
         options.set("frag_interleave", "1");  // else readers hold a group of one track until the next one's begins
     }
     // Ending a file, its muxer fills in where key frames are. By then clusters are as short as a socket would get them.
     if (is_matroska()) {
-        options.set("cluster_size_limit", std::to_string(most_cluster_bytes));
-        options.set("cluster_time_limit", std::to_string(longest_cluster_ms));
+        options.set("cluster_size_limit", std::to_string(max_cluster_bytes));
+        options.set("cluster_time_limit", std::to_string(max_cluster_ms));
     }
     check(avformat_init_output(format.get(), options.taken()), "preparing the container");
     options.require_all_taken(std::string("the container ") + container.muxer + " of this libavformat");

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t max_kept_packets = max_group_pictures;
 constexpr std::int64_t max_kept_bytes = 8 << 20;
 /// Of a track.
-constexpr std::int64_t most_pictures = 1'000'000'000;
+constexpr std::int64_t max_pictures = 1'000'000'000;
 
 InputError not_of_one_sphere(const std::string& file, const std::string& found) {
     return InputError(expected_found(file, "tiles that are the parts of one sphere", found));
@@ -246,7 +246,7 @@ void TileSender::State::send(Track& track, const AVPacket& packet) {
     copy->pos = -1;
     av_packet_rescale_ts(copy.get(), source->streams[track.stream]->time_base, to.time_base);
     // Matroska keeps no times of decoding, and readers of it do not know all of them: any that rise will do.
-    copy->dts = ++track.sent - most_pictures;
+    copy->dts = ++track.sent - max_pictures;
     require(av_write_frame(muxer.get(), copy.get()), "sending a packet");
 }
 

@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 /// So few pixels beyond the bound that no more bits are worth it.
 constexpr double enough_within = 0.9999;
 /// With fewer of them decibels are lost (docs/results/window.md), so that depth gets a larger share.
-constexpr double least_within = 0.4;
+constexpr double min_share_within = 0.4;
 /// More of them that a larger share is worth.
-constexpr double least_gain = 0.05;
+constexpr double min_gain = 0.05;
 
 /// Beyond it bytes hardly fall any more, and surfaces leave their places: in san-miguel CRF 51 in place of 42 saved an
 /// eighth of a stream and cost 7 dB (docs/results/window.md).
@@ -211,10 +211,10 @@ void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& 
     std::optional<Choice> chosen;
     for (const double share : request.shares()) {
         const Choice choice = best_of(trials, trials.ways(request), share);
-        if (chosen && choice.trial.within < chosen->trial.within + least_gain)
+        if (chosen && choice.trial.within < chosen->trial.within + min_gain)
             break;
         chosen = choice;
-        if (chosen->trial.within >= least_within)
+        if (chosen->trial.within >= min_share_within)
             break;
     }
     plan.trial = chosen->trial;

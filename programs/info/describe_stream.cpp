@@ -39,7 +39,7 @@ struct Entry {
 };
 
 /// Main pictures that are looked at of what may have no end.
-constexpr std::int64_t most_watched = 300;
+constexpr std::int64_t max_watched = 300;
 
 class Watched {
 public:
@@ -61,7 +61,7 @@ public:
                 add(picture->track, *picture->info, options);
             if (picture->track == 0)
                 progress.step(fraction_done(), "picture " + std::to_string(main_pictures()));
-            is_partial = may_be_endless_ && main_pictures() >= most_watched;
+            is_partial = may_be_endless_ && main_pictures() >= max_watched;
         }
     }
 
@@ -90,7 +90,7 @@ private:
     /// 0 where it cannot be known.
     double fraction_done() const {
         if (may_be_endless_)
-            return double(main_pictures()) / double(most_watched);
+            return double(main_pictures()) / double(max_watched);
         return file_bytes_ > 0 ? std::min(1.0, double(reader.position()) / file_bytes_) : 0;
     }
 
@@ -221,7 +221,7 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
         description.json["tracks"].push_back(std::move(track));
         description.text += track_text(entry);
     }
-    const std::string most = std::to_string(most_watched);
+    const std::string most = std::to_string(max_watched);
     description.text += watched.is_partial ? "partial: only the server's first " + most + " pictures were read\n"
                         : cut.empty()      ? "whole: nothing is missing\n"
                                            : "not whole: " + cut + "\n";

@@ -167,7 +167,7 @@ private:
     glm::dquat heading(const Place& place) const {
         const double cosine = std::sqrt(0.5);
         glm::dquat best(1, 0, 0, 0);
-        double most_m = 0;
+        double max_m = 0;
         for (int k = 0; k < headings; ++k) {
             const glm::dquat turned = glm::angleAxis(2 * pi * k / headings, up);
             const glm::dvec3 ahead = turned * glm::dvec3(0, 0, -1);
@@ -175,8 +175,8 @@ private:
             for (std::size_t i = 0; i < direction_count; ++i)
                 if (glm::dot(directions_[i], ahead) > cosine && std::isfinite(place.distances_m[i]))
                     sum_m += place.distances_m[i];
-            if (sum_m > most_m) {
-                most_m = sum_m;
+            if (sum_m > max_m) {
+                max_m = sum_m;
                 best = turned;
             }
         }

@@ -32,7 +32,7 @@ class TcpDoor : public Door {
 public:
     TcpDoor(asio::io_context& io, const ServerAddress& address, const std::string& secret, double patience_s,
             const std::string& option)
-        : acceptor_(io), turned_away_(io.get_executor(), most_turned_away()), scheme_(address.scheme),
+        : acceptor_(io), turned_away_(io.get_executor(), max_turned_away()), scheme_(address.scheme),
           patience_s_(patience_s) {
         const tcp::endpoint endpoint = resolve(address, option);
         asio::error_code error;

@@ -31,7 +31,7 @@ namespace {
 
 constexpr double slowest = 0.01, quickest = 1000;
 constexpr std::uint32_t max_samples = 1 << 20;
-constexpr double most_mbps = 1e5;
+constexpr double max_mbps = 1e5;
 constexpr const char* option_group = "For a scene, rendered while it is watched";
 
 constexpr double note_interval_s = 10;
@@ -58,7 +58,7 @@ public:
     Live(asio::io_context& io, asio::signal_set& stop, std::unique_ptr<Door> door, const LiveSettings& settings)
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
           server_(io, std::move(door), stream_, settings.server), encoder_(settings.coding),
-          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), rate_(bits(settings.most_mbps)),
+          pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), rate_(bits(settings.max_mbps)),
           timer_(io) {
         start_renderer();
     }
@@ -243,7 +243,7 @@ private:
         if (!is_coarser)
             return note(formatted("the stream is back to CRF %g", asked_crf));
         const double limit_mbps = 1e-6 * rate_.limit_bps();
-        const bool is_told = settings_.most_mbps && limit_mbps > 0.99 * *settings_.most_mbps;
+        const bool is_told = settings_.max_mbps && limit_mbps > 0.99 * *settings_.max_mbps;
         const std::string why = is_told ? formatted("to stay within --mbit %.3g:", limit_mbps)
                                         : formatted("the network to the viewer that %s takes %.3g Mbit/s:",
                                                     stream_.steering() ? "moves the camera" : "came first", limit_mbps);
@@ -382,7 +382,7 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
     add("--depth", o.depth, "auto, or none: no track of depth").with_default().offers(std::array{"auto", "none"});
     add("--crf", s.coding.crf, "Quality: 0 (best) to 51; coarser while the network is too slow for it").with_default();
-    add("--mbit", s.most_mbps, "Most megabits a second of the stream (default: as many as the network takes)");
+    add("--mbit", s.max_mbps, "Most megabits a second of the stream (default: as many as the network takes)");
     add("--preset", s.coding.preset, "The encoder's, as in encode").with_default();
     add("--out", s.coding.out, "File (.mkv) to write the stream to, as a viewer from the start receives it");
 }
@@ -409,8 +409,8 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
                  std::to_string(settings.max_spp));
     cli::require(settings.spheres_per_s >= slowest && settings.spheres_per_s <= quickest, "--rate", "0.01 to 1000",
                  in_words(settings.spheres_per_s));
-    cli::require(settings.most_mbps.value_or(1) > 0 && settings.most_mbps.value_or(1) <= most_mbps, "--mbit",
-                 "above 0 and at most " + in_words(most_mbps), in_words(settings.most_mbps.value_or(0)));
+    cli::require(settings.max_mbps.value_or(1) > 0 && settings.max_mbps.value_or(1) <= max_mbps, "--mbit",
+                 "above 0 and at most " + in_words(max_mbps), in_words(settings.max_mbps.value_or(0)));
     settings.coding.depth = cli::parse_word("--depth", options.depth, std::array{"auto", "none"}) == 0;
     const std::string& out = settings.coding.out;
     cli::require(out.empty() || (out.ends_with(".mkv") && !is_url(out)), "--out", "a file's name ending in .mkv",

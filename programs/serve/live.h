@@ -24,7 +24,7 @@ struct LiveSettings {
     std::uint32_t max_spp = 16;
     double spheres_per_s = 2;  ///< to be kept up with fewer samples, where need be
     bool has_window = false;
-    std::optional<double> most_mbps;  ///< megabits a second that the stream may take; nothing: what the line carries
+    std::optional<double> max_mbps;  ///< megabits a second that the stream may take; nothing: what the line carries
     LiveCoding coding;
     ServerSettings server;
 };

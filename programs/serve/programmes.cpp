@@ -19,12 +19,12 @@ constexpr double longest_wait_s = 0.5, longest_behind_s = 4;
 constexpr double between_groups_s = 1;
 
 /// Of a stream, at once: what is not given yet may still be left out.
-constexpr std::size_t largest_piece = 1 << 14;
+constexpr std::size_t max_piece_bytes = 1 << 14;
 
 constexpr double shortest_pose_gap_s = 0.01, longest_pose_gap_s = 0.2;
 
 /// The cosine of 30 degrees.
-constexpr double least_agreement = 0.866;
+constexpr double min_agreement = 0.866;
 
 }  // namespace
 
@@ -84,7 +84,7 @@ public:
             return nothing_new(block, elapsed_s);
         last_sent_s_ = elapsed_s;
         Part& first = waiting_.front();
-        const std::size_t count = std::min({block.size(), largest_piece, first.bytes->size() - first.sent});
+        const std::size_t count = std::min({block.size(), max_piece_bytes, first.bytes->size() - first.sent});
         std::memcpy(block.data(), first.bytes->data() + first.sent, count);
         const double due_s = first.due_s;
         first.sent += count;
@@ -261,7 +261,7 @@ glm::dvec3 mean_gaze(std::span<const glm::dvec3> gazes) {
     const glm::dvec3 first = gazes.front();
     glm::dvec3 sum = first;
     for (const glm::dvec3& gaze : gazes.subspan(1))
-        if (glm::dot(gaze, first) >= least_agreement)
+        if (glm::dot(gaze, first) >= min_agreement)
             sum += gaze;
     return glm::normalize(sum);
 }

@@ -24,7 +24,7 @@ constexpr double steps_finer_per_s = 4;
 /// What a key frame takes more than others, so many spheres after it give up between them.
 constexpr double made_up_by = 10;
 /// Lines that carry less are not told apart.
-constexpr double least_bps = 1e4;
+constexpr double min_bps = 1e4;
 /// The window gives up so much before the sphere around it gives up anything.
 constexpr double window_first = 12;
 
@@ -68,7 +68,7 @@ void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
         viewer_ = viewer;
         sent_.clear();
         line_bps_.reset();
-        if (!most_bps_)
+        if (!max_bps_)
             coarser_ = 0;
     }
     sent_.push_back({at_s, delivery.bytes_arrived});
@@ -77,7 +77,7 @@ void RateControl::delivered(double at_s, int viewer, const Delivery& delivery) {
     const double elapsed_s = at_s - std::exchange(line_changed_s_, at_s);
     if (delivery.behind_s > behind_is_too_much_s) {
         if (const std::optional<double> carried = carried_bps())
-            line_bps_ = std::max(least_bps, share_used * *carried);
+            line_bps_ = std::max(min_bps, share_used * *carried);
     } else if (line_bps_ && delivery.behind_s == 0) {
         line_bps_ = *line_bps_ * std::pow(growth_per_s, std::min(elapsed_s, watched_s));
     }
@@ -101,7 +101,7 @@ void RateControl::choose(double at_s) {
     // A line that carries all there is need not be watched any more.
     if (line_bps_ && *line_bps_ > 1.5 * wanted_bps)
         line_bps_.reset();
-    limit_bps_ = std::max(least_bps, std::min(most_bps_.value_or(wanted_bps), line_bps_.value_or(wanted_bps)));
+    limit_bps_ = std::max(min_bps, std::min(max_bps_.value_or(wanted_bps), line_bps_.value_or(wanted_bps)));
     const double enough = std::clamp(steps_that_halve * std::log2(wanted_bps / limit_bps_), 0.0, coarsest);
     coarser_ = std::max(enough, coarser_ - steps_finer_per_s * elapsed_s);
 }

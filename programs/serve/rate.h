@@ -17,8 +17,8 @@ struct Delivery {
 
 class RateControl {
 public:
-    /// `most_bps`: bits a second at most; nothing: what the line carries.
-    explicit RateControl(std::optional<double> most_bps) : most_bps_(most_bps) {}
+    /// `max_bps`: bits a second at most; nothing: what the line carries.
+    explicit RateControl(std::optional<double> max_bps) : max_bps_(max_bps) {}
 
     /// A sphere has been coded, so much coarser than was asked for.
     void coded(double at_s, std::size_t bytes, double coarser, bool begins_group);
@@ -50,7 +50,7 @@ private:
     std::optional<double> carried_bps() const;
     void choose(double at_s);
 
-    std::optional<double> most_bps_, line_bps_;
+    std::optional<double> max_bps_, line_bps_;
     std::deque<Sphere> spheres_;
     std::deque<Sent> sent_;
     int viewer_ = 0;

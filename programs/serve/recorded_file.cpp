@@ -55,9 +55,9 @@ std::size_t RecordedFile::read(std::int64_t offset, std::span<char> bytes) const
 }
 
 bool RecordedFile::index_comes_last() const {
-    constexpr int most_boxes = 4096;
+    constexpr int max_boxes = 4096;
     std::int64_t offset = 0;
-    for (int box = 0; box < most_boxes; ++box) {
+    for (int box = 0; box < max_boxes; ++box) {
         const auto said = number_at(*this, offset, 4), kind = number_at(*this, offset + 4, 4);
         const auto size = said == 1 ? number_at(*this, offset + 8, 8) : said;
         if (!kind || !size || *kind == moov)

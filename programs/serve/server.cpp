@@ -18,7 +18,7 @@ namespace {
 constexpr std::chrono::milliseconds before_retry{100};
 
 /// Those that have not shown yet that they know the secret: how many at a time, and for how long.
-constexpr std::ptrdiff_t most_arriving = 64, most_arriving_from_one = 16;
+constexpr std::ptrdiff_t max_arriving = 64, max_arriving_from_one = 16;
 constexpr std::chrono::seconds arriving_patience{10};
 
 /// Of viewers from one address, but for this machine's.
@@ -122,8 +122,7 @@ void Server::welcome(Door::Guest& guest) {
         return refuse(address, why);
     const auto from_there = std::ranges::count_if(
         arrivals_, [&](const auto& other) { return counted_address(other->from) == counted_address(guest.address); });
-    if (std::ssize(arrivals_) >= most_arriving ||
-        (!guest.address.is_loopback() && from_there >= most_arriving_from_one))
+    if (std::ssize(arrivals_) >= max_arriving || (!guest.address.is_loopback() && from_there >= max_arriving_from_one))
         return refuse(address, std::to_string(arrivals_.size()) + " viewers are connecting already");
     arrive(std::make_shared<Arrival>(Arrival{std::move(guest.wire), asio::steady_timer(io_), guest.address, address}));
 }

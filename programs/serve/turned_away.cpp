@@ -35,7 +35,7 @@ void TurnedAway::wait() {
     });
 }
 
-std::size_t most_turned_away() {
+std::size_t max_turned_away() {
     constexpr rlim_t most = 512;
     rlimit files{};
     return getrlimit(RLIMIT_NOFILE, &files) == 0 ? std::size_t(std::min(most, files.rlim_cur / 2)) : 0;

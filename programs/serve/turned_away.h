@@ -41,6 +41,6 @@ private:
 };
 
 /// Half of the files that this process may have open, 512 at most.
-std::size_t most_turned_away();
+std::size_t max_turned_away();
 
 }  // namespace equistream::serve

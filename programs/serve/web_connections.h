@@ -45,9 +45,9 @@ using Error = boost::system::error_code;
 using PlainStream = beast::basic_stream<tcp, net::any_io_executor, beast::simple_rate_policy>;
 using TlsStream = beast::ssl_stream<PlainStream>;
 
-inline constexpr std::size_t largest_header = 8192;
+inline constexpr std::size_t max_header_bytes = 8192;
 /// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
-inline constexpr int most_asking = 64, most_asking_from_one = 16;
+inline constexpr int max_asking = 64, max_asking_from_one = 16;
 
 /// The name without its port: "127.0.0.1:80" or "[::1]:80".
 inline std::string_view name_of(std::string_view host) {
@@ -116,7 +116,7 @@ public:
 
     bool has_room_for(const net::ip::address& from) const {
         const auto same = from_.find(from);
-        return all_ < most_asking && (from.is_loopback() || same == from_.end() || same->second < most_asking_from_one);
+        return all_ < max_asking && (from.is_loopback() || same == from_.end() || same->second < max_asking_from_one);
     }
 
 private:
@@ -266,7 +266,7 @@ private:
 
     void read() {
         parser_.emplace();
-        parser_->header_limit(largest_header);
+        parser_->header_limit(max_header_bytes);
         parser_->body_limit(0);
         http::async_read(stream_, buffer_, *parser_, [self = this->shared_from_this()](Error error, std::size_t) {
             if (!error)
@@ -352,7 +352,7 @@ private:
     bool this_machine_alone_;
     Crowd::Place place_;
     Upgrade upgrade_;
-    beast::flat_buffer buffer_{largest_header};
+    beast::flat_buffer buffer_{max_header_bytes};
     std::optional<http::request_parser<http::empty_body>> parser_;
 };
 

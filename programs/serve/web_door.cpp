@@ -26,7 +26,7 @@ namespace {
 
 /// Of one message that a viewer sends (docs/stream-format.md, "From the viewer"): a head, and room for what is
 /// appended.
-constexpr std::size_t largest_message = 4096 + 12;
+constexpr std::size_t max_message_bytes = 4096 + 12;
 /// No more may ask in a second: each costs the processor something. Who is closed at once costs little.
 constexpr std::chrono::milliseconds between_connections{10};
 constexpr std::chrono::seconds last_words{2};
@@ -131,7 +131,7 @@ void WebDoor::Parts::let_in(websocket::stream<Stream> browser, http::request<htt
                             Crowd::Place place, const tcp::endpoint& peer) {
     // Pings are answered by whoever reads.
     browser.set_option(websocket::stream_base::timeout{patience(), patience(), true});
-    browser.read_message_max(largest_message);
+    browser.read_message_max(max_message_bytes);
     // The server never hears of pongs and of messages without bytes.
     beast::get_lowest_layer(browser).rate_policy().read_limit(std::size_t(received_bytes_per_second));
     const auto opening = std::make_shared<websocket::stream<Stream>>(std::move(browser));

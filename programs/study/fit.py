@@ -169,7 +169,7 @@ def require_same_scene(options):
 def main():
     options = arguments()
     expect_packages("fit")
-    from fitting.choice import Fit, Unreachable, most_for_bytes  # what needs these packages
+    from fitting.choice import Fit, Unreachable, best_for_bytes  # what needs these packages
     from fitting.report import chosen_text, n_text, report, sections_of, times_text, unreachable_text, write_settings
     from fitting.trial import tried_file
     from fitting.work import Asked, FitWork, Measurer
@@ -184,7 +184,7 @@ def main():
             return Fit(work, asked, options.codec, level, path_frames(options), measure)
 
         if limit:
-            fit, chosen = most_for_bytes(limit, fit_for)
+            fit, chosen = best_for_bytes(limit, fit_for)
         else:
             fit = fit_for(options.db)
             try:

@@ -85,7 +85,7 @@ def crossing(xs, ys, level):
 CLOSE_DB = 0.1
 
 
-def least_within(points, loss_db=CLOSE_DB):
+def cheapest_within(points, loss_db=CLOSE_DB):
     """The least cost whose accuracy, and that of everything dearer, is at most `loss_db` below the dearest's. (cost, dB) in any order."""
     dearest_first = sorted(points, reverse=True)
     found, level = dearest_first[0]

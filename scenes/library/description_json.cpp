@@ -231,9 +231,9 @@ private:
 };
 
 std::string described_list(const std::vector<JsonValue>& items) {
-    constexpr std::size_t most_shown = 4;
+    constexpr std::size_t max_shown = 4;
     const auto is_number = [](const JsonValue& item) { return item.kind == JsonValue::Kind::number; };
-    if (items.empty() || items.size() > most_shown || !std::all_of(items.begin(), items.end(), is_number))
+    if (items.empty() || items.size() > max_shown || !std::all_of(items.begin(), items.end(), is_number))
         return "a list of " + std::to_string(items.size());
     std::string text;
     for (const JsonValue& item : items)

@@ -307,8 +307,8 @@ void add_unknown(const tinygltf::Model& model, LeftOut& left_out) {
             std::ranges::find(material_extensions, name, [](const auto& known) { return std::string(known.first); }) ==
                 material_extensions.end())
             unknown.push_back(quotable(name, 60));
-    constexpr std::size_t most_named = 5;
-    const std::size_t others = unknown.size() - std::min(unknown.size(), most_named);
+    constexpr std::size_t max_named = 5;
+    const std::size_t others = unknown.size() - std::min(unknown.size(), max_named);
     unknown.resize(unknown.size() - others);
     if (others > 0)
         unknown.push_back(std::to_string(others) + " more");

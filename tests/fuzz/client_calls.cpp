@@ -12,7 +12,7 @@ namespace {
 
 int rendered = 0;  ///< times that went well
 
-constexpr int side = 64, most_calls = 40;
+constexpr int side = 64, max_calls = 40;
 constexpr std::size_t room = std::size_t(side) * side * 8 + 64;  ///< of a plane, whatever its format
 
 const std::string& stream() {
@@ -59,7 +59,7 @@ public:
     Caller& operator=(const Caller&) = delete;
 
     void run() {
-        for (int i = 0; i < most_calls && !choices_.are_over(); ++i)
+        for (int i = 0; i < max_calls && !choices_.are_over(); ++i)
             call();
     }
 

@@ -101,8 +101,8 @@ void take_foreign(Bytes bytes) {
     settings.overwrite = true;
     files::ImportPlan plan = files::make_plan(settings);
     require(!plan.table().empty(), "there is something to say");
-    constexpr int most_pixels = 128 * 64;
-    if (width_of(plan.camera) * std::int64_t(height_of(plan.camera)) > most_pixels)
+    constexpr int max_pixels = 128 * 64;
+    if (width_of(plan.camera) * std::int64_t(height_of(plan.camera)) > max_pixels)
         return convert(settings, plan);
     std::size_t frames = 0;
     std::filesystem::remove_all(settings.out);

@@ -276,8 +276,8 @@ void take_scene_and_model(Bytes bytes) {
     scratch_file("shown.glb", bytes.subspan(std::min(bytes.size(), head_bytes + description.size())));
     const SceneDescription scene = load_scene(scratch_file("shown.json", description));
     const SceneModel whole = load_model(scene, {.shading = false});
-    constexpr std::size_t most_triangles = 2000;  // more are slow, and show nothing that these do not
-    if (whole.triangle_count() > most_triangles || scene.camera_path.keys().size() > 16)
+    constexpr std::size_t max_triangles = 2000;  // more are slow, and show nothing that these do not
+    if (whole.triangle_count() > max_triangles || scene.camera_path.keys().size() > 16)
         return;
     ClientModelOptions options{
         .error_rad = 0.01, .silhouette_rad = 0.02, .visibility_rays = 2000, .check_rays = 500, .rounds = 2};

@@ -12,7 +12,7 @@ namespace {
 
 int ended_frames = 0;
 
-constexpr int side = 64, most_calls = 120;
+constexpr int side = 64, max_calls = 120;
 constexpr std::size_t room = std::size_t(side) * side;  ///< of rays: no tile has more pixels than the frame
 
 const char* word(Choices& choices) {
@@ -43,7 +43,7 @@ public:
     Host& operator=(const Host&) = delete;
 
     void run() {
-        for (int i = 0; i < most_calls && !choices_.are_over(); ++i)
+        for (int i = 0; i < max_calls && !choices_.are_over(); ++i)
             call();
     }
 

@@ -111,9 +111,9 @@ void damage_behind(Bytes mark, std::size_t reach, std::span<std::uint8_t> bytes,
 }
 
 void damage_frame_data(std::vector<std::uint8_t>& bytes, std::mt19937& random) {
-    constexpr std::size_t uuid_bytes = 16, most_bytes = 500;
+    constexpr std::size_t uuid_bytes = 16, max_bytes = 500;
     static const std::vector<std::uint8_t> data = encode_frame_info(TrackRole::main, {});
-    damage_behind(Bytes(data).first(uuid_bytes), most_bytes, bytes, random);
+    damage_behind(Bytes(data).first(uuid_bytes), max_bytes, bytes, random);
 }
 
 namespace {

@@ -19,7 +19,7 @@ KEPT_SHARE = 0.8
 """Of what the map knew: what it must go on knowing."""
 
 
-def least_of(figures):
+def minima_of(figures):
     """Score -> threshold."""
     least = {score: round(figures[score] - margin, 2) for score, margin in MARGIN_DB.items() if figures[score] is not None}
     is_bad = figures["bad_share"] >= FEWEST_BAD
@@ -36,7 +36,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit("redraw.py: expected a run.json of run.py --all or a generated.json, found " + (" ".join(sys.argv[1:]) or "nothing"))
     found, _ = every_figure(pathlib.Path(sys.argv[1]))
-    least = {breaker: {value: {method: least_of(figures) for method, figures in by_method.items()} for value, by_method in by_value.items()}
+    least = {breaker: {value: {method: minima_of(figures) for method, figures in by_method.items()} for value, by_method in by_value.items()}
              for breaker, by_value in found.items()}
     if THRESHOLDS.exists():
         kept = json.loads(THRESHOLDS.read_text())["least"]

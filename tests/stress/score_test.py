@@ -73,16 +73,16 @@ class Thresholds(unittest.TestCase):
                "failing_share": 0.1, "failing_by_chance": 0.01, "failing_recall": 0.8}
 
     def test_of_all_that_is_known(self):
-        self.assertEqual(redraw.least_of(self.FIGURES), {"psnr_db": 29.7, "worst_percent_db": 14.2, "flagged_recall": 0.4, "failing_recall": 0.64})  # 0.36 is less than chance
+        self.assertEqual(redraw.minima_of(self.FIGURES), {"psnr_db": 29.7, "worst_percent_db": 14.2, "flagged_recall": 0.4, "failing_recall": 0.64})  # 0.36 is less than chance
 
     def test_not_of_a_handful(self):
-        self.assertNotIn("failing_recall", redraw.least_of({**self.FIGURES, "failing_share": 0.004}))
-        self.assertNotIn("failing_recall", redraw.least_of({**self.FIGURES, "failing_by_chance": 0.06}))
-        self.assertNotIn("flagged_recall", redraw.least_of({**self.FIGURES, "bad_share": 0.004}))
+        self.assertNotIn("failing_recall", redraw.minima_of({**self.FIGURES, "failing_share": 0.004}))
+        self.assertNotIn("failing_recall", redraw.minima_of({**self.FIGURES, "failing_by_chance": 0.06}))
+        self.assertNotIn("flagged_recall", redraw.minima_of({**self.FIGURES, "bad_share": 0.004}))
 
     def test_the_ceiling_fails_nowhere(self):
         ceiling = {key: value for key, value in self.FIGURES.items() if not key.startswith("failing")}
-        self.assertEqual(set(redraw.least_of(ceiling)), {"psnr_db", "worst_percent_db", "flagged_recall"})
+        self.assertEqual(set(redraw.minima_of(ceiling)), {"psnr_db", "worst_percent_db", "flagged_recall"})
 
 
 class Sweep(unittest.TestCase):

@@ -219,9 +219,9 @@ struct StreamTrackSummary {
     int width = 0;
     int height = 0;
     double frames_per_second = 0;
-    double most_frames_per_second = 0;  ///< largest rate, by libav's estimate, of a track whose rate varies
-    std::string pixel_format;           ///< libav's name
-    std::string colour;                 ///< "range/primaries/transfer/matrix" in libav's names
+    double max_frames_per_second = 0;  ///< largest rate, by libav's estimate, of a track whose rate varies
+    std::string pixel_format;          ///< libav's name
+    std::string colour;                ///< "range/primaries/transfer/matrix" in libav's names
     /// Range of a track tagged as equirectangular video; nullopt: no tag.
     std::optional<LongitudeLatitudeRange> sphere{};
     StereoPacking stereo = StereoPacking::none;  ///< tagged packing

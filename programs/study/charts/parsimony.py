@@ -5,7 +5,7 @@ import textwrap
 import matplotlib.pyplot as plt
 from curves import AXES, CHOSEN_PX, CODE_BITS, bit_points, triangle_points
 from found import db, load
-from rates import CLOSE_DB, knee, least_within
+from rates import CLOSE_DB, knee, cheapest_within
 
 from . import looks
 
@@ -23,7 +23,7 @@ def draw_panel(axes, points, best):
         if error_px == CHOSEN_PX:
             axes.plot([cost], [level], marker="o", color="#c0392b", markersize=8, markerfacecolor="none", markeredgewidth=1.6)
     curve = [(cost, level) for cost, level, _ in points]
-    axes.axvline(least_within(curve), color="#2e86c1", linewidth=1.2)
+    axes.axvline(cheapest_within(curve), color="#2e86c1", linewidth=1.2)
     axes.axvline(knee(curve), color="#2e86c1", linewidth=1, linestyle=(0, (3, 3)))
     axes.axhline(0, **looks.LEVEL)
     axes.annotate(f"whole: {whole:.2f} dB", (0.98, 0.04), xycoords="axes fraction", ha="right", fontsize=looks.SMALL, color="#555555")
@@ -54,11 +54,11 @@ def draw_depths(axes, result):
 
 def finding(results):
     """The fewest bits of depth and the coarsest model that lose no more than CLOSE_DB, over all scenes."""
-    bits = [least_within([(cost, level) for cost, level, _ in bit_points(result)]) for result in results.values()]
+    bits = [cheapest_within([(cost, level) for cost, level, _ in bit_points(result)]) for result in results.values()]
     coarsest = []
     for result in results.values():
         points = triangle_points(result)
-        least = least_within([(cost, level) for cost, level, _ in points])
+        least = cheapest_within([(cost, level) for cost, level, _ in points])
         coarsest.append(next(error_px for cost, _, error_px in points if cost == least))
     return f"{looks.span(bits, 0)} bits of depth and a model within {looks.span(coarsest, 0)} px come within {CLOSE_DB:g} dB of the whole"
 

@@ -8,7 +8,7 @@ from presets import KNOWN_DB
 from rates import bytes_for
 from steps import Failed
 
-from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, highest, is_worth, last_holding, least_over, most_gained_db
+from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, highest, is_worth, last_holding, min_over, max_gain_db
 from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, pair, perspective, windowed
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
@@ -76,7 +76,7 @@ FIRST_DB, STEP_DB, CLOSE_LEVEL_DB, LEVELS_DB = 28, 4, 0.25, (1, 80)
 """Accuracies that are tried for a number of bytes."""
 
 
-def most_for_bytes(limit, fit_for):
+def best_for_bytes(limit, fit_for):
     """(fit, chosen) of the highest accuracy within so many bytes a frame. What is sent once is shared out over the path. fit_for(level) makes a Fit. Failed
     where no accuracy is within them."""
     seen = []
@@ -110,7 +110,7 @@ class Fit:
 
     def run(self):
         self.begin("light")
-        self.light = self.least_light()
+        self.light = self.min_light()
         self.begin("sphere")
         self.told, width, crf = self.sphere()
         self.begin("gaps")
@@ -133,10 +133,10 @@ class Fit:
 
     # -- samples and denoiser
 
-    def least_light(self):
+    def min_light(self):
         """Of each denoiser the least samples a pixel that a sphere that matches the eyes takes uncoded, with ROOM_DB to spare; of these, whichever codes
         to fewer bytes."""
-        found = [least for denoise in DENOISERS if (least := self.least_samples(denoise))]
+        found = [least for denoise in DENOISERS if (least := self.min_samples(denoise))]
         with_room = [light for light, db in found if db >= self.level + ROOM_DB]
         width = self.asked.matching_width
         coded = {light: self.finest(by_scene(Fill(), False, light), width, FIRST_CRF) for light in with_room}
@@ -148,10 +148,10 @@ class Fit:
                             f"{taken_text(light is chosen)}")
         return chosen
 
-    def least_samples(self, denoise):
+    def min_samples(self, denoise):
         """(light, dB): the least with room, else the best; None without this denoiser."""
         best, samples = None, 1
-        while samples <= self.asked.most_samples:
+        while samples <= self.asked.max_samples:
             light = Light(samples, denoise)
             try:
                 db = self.at(by_scene(Fill(), False, light), self.asked.matching_width, None).db
@@ -239,7 +239,7 @@ class Fit:
         here = self.at(by_scene(fill, self.told, self.light), width, crf)
         in_gaps, all_of_it = self.measure.gap_error(here)
         share = min(1, in_gaps / all_of_it) if all_of_it > 0 else float(in_gaps > 0)  # of what noise made negative nothing is known
-        left_db = most_gained_db(share)
+        left_db = max_gain_db(share)
         self.why.append(f"gaps hold {100 * share:.0f} % of the error: filling them better than by push-pull is worth {left_db:.2f} dB at most")
         if left_db >= CLOSE_DB and self.asked.last > self.asked.first:
             earlier = Fill("earlier,pushpull")
@@ -264,7 +264,7 @@ class Fit:
                 continue
             point = first.at(by_scene(Fill(f"{fill_pass},pushpull", track, on_trial=True), self.told, self.light), trial_width, crf)
             left, times = first.gap_error(point)[0] / left_open, point.bytes / without.bytes
-            gain_db = most_gained_db(share * (1 - left))
+            gain_db = max_gain_db(share * (1 - left))
             worth = is_worth(gain_db, times, self.times_by_coding(width, crf, gain_db))
             self.why.append(f"pass {fill_pass}: {gain_db:+.2f} dB for {100 * (times - 1):.1f} % more bytes (by the first frame at {trial_width} columns): "
                             f"{'worth it' if worth else 'not worth it'}")
@@ -292,7 +292,7 @@ class Fit:
         each = {chosen: (chosen.bytes_once, chosen.point.bytes) for chosen in (model, streamed) if chosen is not None}
         if not each:
             raise Unreachable(self.at(by_scene(fill, self.told, self.light), width, BEST_CRF))
-        chosen = least_over(self.path_frames, each)
+        chosen = min_over(self.path_frames, each)
         if len(each) == 2 and streamed.point.bytes > model.point.bytes:
             even = math.ceil(model.bytes_once / (streamed.point.bytes - model.point.bytes))
             self.why.append(f"geometry once sends less than depth with every frame from {even:,} frames on; the path has {self.path_frames}")

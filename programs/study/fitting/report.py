@@ -75,8 +75,8 @@ def times_text(work, began, now):
 def unreachable_text(best, fit):
     where = f"{best.width} columns ({best.width / fit.asked.matching:.2f} of 2 pi f), {'uncoded' if best.crf is None else f'CRF {best.crf}'}"
     text = f"--db {fit.level:g}: not to be had; the most found is {level_text(best)} dB, at {where}; {n_text(fit.asked)}"
-    if fit.light.samples * 2 > fit.asked.most_samples:
-        text += f"; these are the most samples a pixel that are tried (--most-spp {fit.asked.most_samples})"
+    if fit.light.samples * 2 > fit.asked.max_samples:
+        text += f"; these are the most samples a pixel that are tried (--most-spp {fit.asked.max_samples})"
     text += wider_text(best.way, fit) if best.crf is None else "; --widest tries wider spheres"
     return "; ".join([text, *(why for why in fit.why if why.startswith("denoised: not tried"))])
 

@@ -106,11 +106,11 @@ def is_worth(gain_db, times, times_by_coding):
     return gain_db >= CLOSE_DB and (times_by_coding is None or times < times_by_coding)
 
 
-def most_gained_db(share):
+def max_gain_db(share):
     """By mending what makes up this share of the error."""
     return -10 * math.log10(1 - share) if share < 1 else math.inf
 
 
-def least_over(frames, each):
+def min_over(frames, each):
     """Of {name: (bytes once, bytes a frame)} the name that sends least over so many frames."""
     return min(each, key=lambda name: each[name][0] + frames * each[name][1])

@@ -35,7 +35,7 @@ class Asked:
     last: int
     truth_samples: int
     """A pixel of each of the two truths."""
-    most_samples: int
+    max_samples: int
     """A pixel of spheres that are tried."""
     times: float
     """How much wider the widest sphere is than one that matches the eyes."""

@@ -5,7 +5,7 @@ look at all scenes. There text around its markers is left alone; a page without 
 from curves import AXES, REFERENCES, SPHERE, matching, parity_of
 from found import all_bytes, db, light_text, load, ms, seen_db, titles_of
 from pages import cell, counts_text, kinds_text, place, table
-from rates import CLOSE_DB, knee, least_within
+from rates import CLOSE_DB, knee, cheapest_within
 from steps import write_whole
 
 from .related import parts as related_parts
@@ -42,7 +42,7 @@ def knee_rows(results):
     for scene, result in results.items():
         for label, points_of in AXES.items():
             points = [(cost, db) for cost, db, _ in points_of(result)]
-            yield [scene, label, f"{knee(points):,g}", f"{least_within(points):,g}"]
+            yield [scene, label, f"{knee(points):,g}", f"{cheapest_within(points):,g}"]
 
 
 def draw_rows(results):

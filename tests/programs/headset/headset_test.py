@@ -67,7 +67,7 @@ class Pictures(Worn):
 
     def test_eyes_that_look_apart(self):
         cant = 10
-        for method, most_different in (("rotation", 0.01), ("eye-depth", 0.25)):
+        for method, max_different in (("rotation", 0.01), ("eye-depth", 0.25)):
             frames, _, _ = self.worn([f"cant {cant}", STILL, "exit"], "--method", method)
             for eye, view in enumerate(frames[0]["views"]):
                 side = 1 if eye else -1
@@ -78,7 +78,7 @@ class Pictures(Worn):
                 played = self.play_of(self.in_the_world((*middle, *turned)), view, method)[eye]
                 # Depth drawn for eyes that look farther apart has other samples at outlines, of which plants have many.
                 different = np.abs(view["picture"] - played[self.covering(view)[2]]).max(axis=2) > 8
-                self.assertLess(different.mean(), most_different, (method, eye))
+                self.assertLess(different.mean(), max_different, (method, eye))
 
     def test_fields_of_view_that_change(self):
         frames, log, _ = self.worn([STILL, "fov 20 15 13 19", STILL, STILL, "fov 17 13 14 18", STILL, "exit"], "--method", "rotation")

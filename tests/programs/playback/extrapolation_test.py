@@ -62,7 +62,7 @@ class Extrapolation(unittest.TestCase):
                 errors.append(((blocks(self.seen(out, index * HZ // TRUTH_HZ, eye)) - blocks(srgb(colour_of(truth)))) ** 2)[moving_blocks])
         return -10 * np.log10(np.mean(np.concatenate(errors)))
 
-    def largest_step(self, out, refreshes):
+    def max_step(self, out, refreshes):
         pictures = [self.seen(out, refresh) for refresh in refreshes]
         return max(float(np.abs(b - a).mean()) for a, b in zip(pictures, pictures[1:]))
 
@@ -102,8 +102,8 @@ class Extrapolation(unittest.TestCase):
         self.assertGreaterEqual(min(steps), -1e-9)
         self.assertLess(max(steps), 4.1 / HZ)
         shown = sorted(frame["index"] for frame in calm["frames"])
-        usual = self.largest_step("calm", [k for k in shown if 30 <= k <= 84])
-        self.assertLess(self.largest_step("stall", [k for k in sorted(times) if 30 <= k <= 84]), 4 * usual)
+        usual = self.max_step("calm", [k for k in shown if 30 <= k <= 84])
+        self.assertLess(self.max_step("stall", [k for k in sorted(times) if 30 <= k <= 84]), 4 * usual)
 
     def test_without_motion_nothing_is_different(self):
         """Frames in which nothing moves, and streams that say nothing, cost nothing and look the same."""

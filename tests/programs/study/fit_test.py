@@ -14,7 +14,7 @@ from fit import path_frames, require_place, require_same_scene, window_for
 from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting import trial as fit_trial
-from fitting.choice import Chosen, Fit, Unreachable, most_for_bytes
+from fitting.choice import Chosen, Fit, Unreachable, best_for_bytes
 from fitting.report import quoted, sections_of, settings_text
 from fitting.work import NARROWEST, Asked, Fill, FitWork, Light, Point, base_width, by_scene, by_streamed_depth, density
 from options import without_remark
@@ -99,13 +99,13 @@ class Search(unittest.TestCase):
         self.assertTrue(fit_search.is_worth(0.3, 3.00, None))
 
     def test_half_of_the_error_is_three_decibels(self):
-        self.assertAlmostEqual(fit_search.most_gained_db(0.5), 10 * math.log10(2))
-        self.assertEqual(fit_search.most_gained_db(0), 0)
+        self.assertAlmostEqual(fit_search.max_gain_db(0.5), 10 * math.log10(2))
+        self.assertEqual(fit_search.max_gain_db(0), 0)
 
     def test_once_or_every_frame(self):
         each = {"model": (1000, 10), "depth": (0, 30)}
-        self.assertEqual(fit_search.least_over(49, each), "depth")
-        self.assertEqual(fit_search.least_over(51, each), "model")
+        self.assertEqual(fit_search.min_over(49, each), "depth")
+        self.assertEqual(fit_search.min_over(51, each), "model")
 
 
 class Widths(unittest.TestCase):
@@ -194,7 +194,7 @@ class MostForBytes(unittest.TestCase):
     def test_the_highest_within_them(self):
         found = []
         for limit in (1_100, 1_200, 1_500, 10 ** 9):
-            fit, chosen = most_for_bytes(limit, self.fit_for)
+            fit, chosen = best_for_bytes(limit, self.fit_for)
             self.assertLessEqual(chosen.bytes_a_frame(300), limit)
             self.assertGreaterEqual(chosen.point.db, fit.level)
             found.append(fit.level)
@@ -206,7 +206,7 @@ class MostForBytes(unittest.TestCase):
 
     def test_fewer_than_any_accuracy_takes(self):
         with self.assertRaisesRegex(Failed, r"--kb 1: not to be had; the fewest found are 1,\d\d\d bytes a frame"):
-            most_for_bytes(1000, self.fit_for)
+            best_for_bytes(1000, self.fit_for)
 
 
 class Window(unittest.TestCase):
@@ -323,7 +323,7 @@ class LeastLight(unittest.TestCase):
     def chosen(self, level, scene):
         fit = Fit(scene, Asked((640, 360), 90.0, 30, 31, 64, 64, 1), "h264", level, 300)
         fit.at = scene.at
-        return fit.least_light(), fit
+        return fit.min_light(), fit
 
     def test_few_samples_are_denoised_where_that_takes_fewer_bytes(self):
         light, fit = self.chosen(30, Rendered(40))

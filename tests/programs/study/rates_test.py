@@ -66,14 +66,14 @@ class Knee(unittest.TestCase):
         self.assertEqual(rates.knee([(1, 30.0), (2, 30.0), (4, 29.9)]), 1)
 
     def test_the_least_within_a_loss(self):
-        self.assertEqual(rates.least_within(BENT, 0.1), 8)
-        self.assertEqual(rates.least_within(BENT, 0.2), 4)
+        self.assertEqual(rates.cheapest_within(BENT, 0.1), 8)
+        self.assertEqual(rates.cheapest_within(BENT, 0.2), 4)
 
     def test_a_lucky_cheap_point_does_not_count_where_dearer_ones_are_worse(self):
-        self.assertEqual(rates.least_within([(1, 30.0), (2, 25.0), (4, 30.0)], 0.1), 4)
+        self.assertEqual(rates.cheapest_within([(1, 30.0), (2, 25.0), (4, 30.0)], 0.1), 4)
 
     def test_where_less_is_better_the_least_is_enough(self):
-        self.assertEqual(rates.least_within([(1, 31.0), (2, 30.5), (4, 30.0)], 0.1), 1)
+        self.assertEqual(rates.cheapest_within([(1, 31.0), (2, 30.5), (4, 30.0)], 0.1), 1)
 
 
 if __name__ == "__main__":

@@ -79,14 +79,14 @@ def picture(display, sources, size, name, words, keys):
             viewer.close()
 
 
-def jpeg(pixels, most_bytes):
+def jpeg(pixels, max_bytes):
     """As wide as a page shows it, and as good as so many bytes allow."""
     shown = Image.fromarray(pixels)
     shown = shown.resize((PAGE_COLUMNS, round(shown.height * PAGE_COLUMNS / shown.width)), Image.Resampling.LANCZOS)
     for quality in range(90, 20, -3):
         coded = io.BytesIO()
         shown.save(coded, "JPEG", quality=quality, optimize=True, progressive=True)
-        if coded.tell() < most_bytes:
+        if coded.tell() < max_bytes:
             break
     return coded.getvalue()
 

@@ -37,7 +37,7 @@ protected:
 
     /// What both render for a request, compared eye by eye.
     template <typename Compare>
-    void expect_alike(Client& cpu, Client& drawn, const es_client_request& request, double least_psnr_db,
+    void expect_alike(Client& cpu, Client& drawn, const es_client_request& request, double min_psnr_db,
                       Compare compare) {
         ClientPicture expected[2], found[2];
         cpu.render(request, expected);
@@ -45,7 +45,7 @@ protected:
         for (int i = 0; i < 2; ++i) {
             SCOPED_TRACE(i);
             ASSERT_EQ(found[i].rgba.size(), expected[i].rgba.size());
-            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), least_psnr_db);
+            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), min_psnr_db);
             compare(found[i], expected[i]);
         }
     }

@@ -122,7 +122,7 @@ TEST(BasePass, ShowsBeyondTheWindowWhatTheBaseAloneGives) {
 }
 
 /// The largest step between pixels side by side of a row.
-int largest_step(const ByteImage& rgba, const ByteImage& origin) {
+int max_step(const ByteImage& rgba, const ByteImage& origin) {
     int largest = 0;
     for (int y = 0; y < rgba.height(); ++y)
         for (int x = 1; x < rgba.width(); ++x)
@@ -137,10 +137,10 @@ TEST(BasePass, LeavesNoBorderToBeSeen) {
         WindowScene alike, darker;
         alike.show(engine, eye_has_depth);
         darker.show(engine, eye_has_depth, 40);
-        const int without = largest_step(alike.picture.rgba, alike.picture.origin);
-        EXPECT_LE(largest_step(darker.picture.rgba, darker.picture.origin), without + 6)
+        const int without = max_step(alike.picture.rgba, alike.picture.origin);
+        EXPECT_LE(max_step(darker.picture.rgba, darker.picture.origin), without + 6)
             << "40 of 255 in one step, or over 8 pixels";
-        EXPECT_GT(largest_step(darker.picture.rgba, darker.picture.origin), without) << "the test sees the border";
+        EXPECT_GT(max_step(darker.picture.rgba, darker.picture.origin), without) << "the test sees the border";
     }
 }
 

@@ -324,7 +324,7 @@ TEST_P(EncryptedConnections, WhoeverKnowsAnotherSecretIsRefusedByBoth) {
 
 TEST(SrtConnections, BothEndsSendTheSameParity) {
     const std::string answer = long_answer(1'000'000);
-    for (const int parity : {least_parity, most_parity}) {
+    for (const int parity : {min_parity, max_parity}) {
         Answering server(secret_context(secret, TlsRole::server), answer, Answering::End::says_so, Scheme::srt, parity);
         PoseSender poses;
         ServerConnection connection(server.address(secret) + "?parity=" + std::to_string(parity), &poses, {});

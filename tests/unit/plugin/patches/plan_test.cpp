@@ -124,10 +124,10 @@ TEST(DepthSpheres, ASphereOfOneRowHasPlanesThatFaceIt) {
 }
 
 TEST(PatchPlan, BlocksAreAsSmallAsTheAtlasAllows) {
-    EXPECT_EQ(smallest_patch_side({1920, 960, {}}, 0.1), 4) << "11,520 slots";
-    EXPECT_EQ(smallest_patch_side({3840, 1920, {}}, 0.1), 8) << "46,080 of 4 pixels, 11,520 of 8";
-    EXPECT_EQ(smallest_patch_side({3840, 1920, {}}, 0.02), 4);
-    EXPECT_EQ(smallest_patch_side({16384, 8192, {}}, 1), max_patch_side) << "as many as there may be";
+    EXPECT_EQ(finest_patch_side({1920, 960, {}}, 0.1), 4) << "11,520 slots";
+    EXPECT_EQ(finest_patch_side({3840, 1920, {}}, 0.1), 8) << "46,080 of 4 pixels, 11,520 of 8";
+    EXPECT_EQ(finest_patch_side({3840, 1920, {}}, 0.02), 4);
+    EXPECT_EQ(finest_patch_side({16384, 8192, {}}, 1), max_patch_side) << "as many as there may be";
 }
 
 TEST(PatchPlan, ShowsWhatRandomEyesUncover) {

@@ -66,9 +66,9 @@ TEST_F(Serving, AFloodOfConnectionsSpoilsNeitherAViewersStreamNorTheLog) {
     EXPECT_LT(read, stream.size());
     EXPECT_TRUE(viewer.read() == stream);
     viewer.leave();
-    const double most_lines = 20 + 2 * seconds_since(start) + 2;
+    const double max_lines = 20 + 2 * seconds_since(start) + 2;
     EXPECT_EQ(server.end_by(SIGTERM), 0) << server.log();
-    EXPECT_LE(server.lines_with("viewer"), int(most_lines)) << server.log();
+    EXPECT_LE(server.lines_with("viewer"), int(max_lines)) << server.log();
     EXPECT_GE(server.lines_with("refused: 3 viewers are connected already (--viewers)"), 1) << server.log();
     EXPECT_GE(server.lines_with(" log lines about viewers were skipped"), 1) << server.log();
 }

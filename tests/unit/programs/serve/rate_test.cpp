@@ -19,8 +19,8 @@ constexpr double sphere_bits = 1e6;
 /// Spheres of which six steps of CRF halve the bits go down a line, one after another. Each fifth begins a group, with
 /// which a line that is behind goes on.
 struct Watched {
-    explicit Watched(std::optional<double> most_bps, double key_frame_takes = 1)
-        : rate(most_bps), key_frame(key_frame_takes) {}
+    explicit Watched(std::optional<double> max_bps, double key_frame_takes = 1)
+        : rate(max_bps), key_frame(key_frame_takes) {}
 
     void go_on(double seconds, double line_bps) {
         for (const double end_s = now_s + seconds; now_s < end_s; now_s += sphere_s) {
