@@ -92,13 +92,13 @@ std::optional<std::size_t> FrameSlots::victim() {
     std::size_t chosen = 0;
     // The newest stays: it is where the stream is by now. Those older than what is shown leave no hole at all.
     if (victims_.size() > 1) {
-        double min_s = std::numeric_limits<double>::infinity();
+        double min_hole_s = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i + 1 < victims_.size(); ++i) {
             const double before_s = i > 0               ? victims_[i - 1].frame_time_s
                                     : shown_number >= 0 ? shown_time_s_.load(std::memory_order_relaxed)
                                                         : -std::numeric_limits<double>::infinity();
-            if (const double hole_s = victims_[i + 1].frame_time_s - before_s; hole_s < min_s) {
-                min_s = hole_s;
+            if (const double hole_s = victims_[i + 1].frame_time_s - before_s; hole_s < min_hole_s) {
+                min_hole_s = hole_s;
                 chosen = i;
             }
         }

@@ -30,7 +30,7 @@ namespace {
 
 constexpr int max_parts = 256;
 constexpr int max_channels = 2048;
-constexpr std::int64_t max_around = 64, min_display = 1 << 20;  // what is around pixels costs a file nothing
+constexpr std::int64_t max_around = 64, always_allowed_display = 1 << 20;  // what is around pixels costs a file nothing
 constexpr std::int64_t max_block = 1 << 20;
 /// No lossless coding of EXR does better than deflate's 1032:1; DCT coding of a constant does.
 constexpr std::int64_t max_ratio = 1100, max_lossy_ratio = 10000;
@@ -162,7 +162,7 @@ void ForeignExr::State::check_part(int part, std::uintmax_t file_bytes) const {
     if (data.width < 1 || data.height < 1 || data.width * data.height > max_image_pixels)
         refuse("a data window of 1 to " + std::to_string(max_image_pixels) + " pixels",
                std::to_string(data.width) + "x" + std::to_string(data.height));
-    if (display.width * display.height > std::max(max_around * data.width * data.height, min_display))
+    if (display.width * display.height > std::max(max_around * data.width * data.height, always_allowed_display))
         refuse("a display window of at most " + std::to_string(max_around) + " times the pixels",
                std::to_string(display.width) + "x" + std::to_string(display.height) + " around " +
                    std::to_string(data.width) + "x" + std::to_string(data.height));

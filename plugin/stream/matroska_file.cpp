@@ -62,6 +62,16 @@ std::optional<SegmentSize> segment_size(std::span<const char> head) {
     return size_at(head, behind + std::int64_t{id_bytes});
 }
 
+std::optional<EbmlElement> ebml_element(std::span<const char> head) {
+    const auto first = number_at(head, 0, 1);
+    const int count = first ? std::countl_zero(static_cast<std::uint8_t>(*first)) + 1 : 9;
+    const auto id = count > int{id_bytes} ? std::nullopt : number_at(head, 0, static_cast<std::size_t>(count));
+    const auto size = id ? size_at(head, count) : std::nullopt;
+    if (!size || !size->value)
+        return std::nullopt;
+    return EbmlElement{static_cast<std::uint32_t>(*id), size->offset + size->bytes, *size->value};
+}
+
 bool is_matroska(const std::string& file) {
     return number_at(first_bytes(file, id_bytes), 0, id_bytes) == ebml_id;
 }

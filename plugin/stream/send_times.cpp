@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -21,6 +22,7 @@ struct Placed {
     double time_s;
     double decoded_s;
     int stream;
+    bool is_key;
 };
 
 double frame_duration_s(const AVFormatContext& format) {
@@ -38,7 +40,8 @@ std::vector<Placed> read_packets(AVFormatContext& format) {
         const std::int64_t decoded = packet->dts != AV_NOPTS_VALUE ? packet->dts : time;
         const double tick_s = av_q2d(format.streams[packet->stream_index]->time_base);
         if (packet->pos >= 0 && time != AV_NOPTS_VALUE)
-            packets.push_back({packet->pos, double(time) * tick_s, double(decoded) * tick_s, packet->stream_index});
+            packets.push_back({packet->pos, double(time) * tick_s, double(decoded) * tick_s, packet->stream_index,
+                               (packet->flags & AV_PKT_FLAG_KEY) != 0});
         av_packet_unref(packet.get());
     }
     return packets;
@@ -55,6 +58,29 @@ double longest_track_s(const std::vector<Placed>& packets) {
         longest_s = std::max(longest_s, last_s - first_s);
     }
     return longest_s;
+}
+
+/// `packets` by their places in the file.
+std::vector<Moment> moments_of(const std::vector<Placed>& packets, double first_s) {
+    std::map<int, double> earliest_s;  // of a track's packets so far, from the back
+    std::set<int> unready;             // tracks that cannot be decoded from here on
+    std::vector<Moment> moments;
+    double due_s = latest_time_s;
+    for (std::size_t i = packets.size(); i-- > 1;) {
+        const Placed& packet = packets[i];
+        due_s = std::min(due_s, packet.time_s - first_s);
+        double& earliest = earliest_s.try_emplace(packet.stream, packet.time_s).first->second;
+        earliest = std::min(earliest, packet.time_s);
+        // Of an open group, pictures behind the key frame are shown before it, and need what comes before.
+        if (packet.is_key && packet.time_s <= earliest)
+            unready.erase(packet.stream);
+        else
+            unready.insert(packet.stream);
+        if (packets[i - 1].time_s != packet.time_s)
+            moments.push_back({packets[i - 1].start, packet.start, due_s, unready.empty()});
+    }
+    std::ranges::reverse(moments);
+    return moments;
 }
 
 std::vector<DuePacket> due_as_decoded(std::vector<Placed> packets) {
@@ -79,6 +105,14 @@ std::vector<DuePacket> due_as_decoded(std::vector<Placed> packets) {
 }
 
 }  // namespace
+
+const Moment* newest_group(const std::vector<Moment>& moments, double by_s) {
+    auto later = std::ranges::upper_bound(moments, by_s, {}, &Moment::time_s);
+    while (later != moments.begin())
+        if ((--later)->begins_group)
+            return &*later;
+    return nullptr;
+}
 
 SendTimes read_send_times(const std::string& file, const std::function<bool()>& interrupted) {
     StreamReadOptions options;
@@ -106,7 +140,9 @@ SendTimes read_send_times(const std::string& file, const std::function<bool()>& 
         end = packet->start;
     }
     std::ranges::reverse(times.parts);
-    if (!times.is_matroska)
+    if (times.is_matroska)
+        times.moments = moments_of(packets, first_s);
+    else
         times.packets = due_as_decoded(std::move(packets));
     return times;
 }

@@ -103,6 +103,7 @@ struct TileSender::State {
     };
 
     void send_next(const std::set<int>& looked_at);
+    void skip_to(std::int64_t start);
     void write_header();
     void read_ahead();
     void wait_in_line();
@@ -278,6 +279,23 @@ std::optional<double> TileSender::due_s() const {
 void TileSender::next(const std::set<int>& looked_at, std::string& bytes) {
     state_->send_next(looked_at);
     bytes += std::exchange(state_->out, {});
+}
+
+void TileSender::skip_to_group(double time_s) {
+    const Moment* const group = newest_group(state_->recording.times.moments, time_s);
+    if (group != nullptr && state_->has_header)
+        state_->skip_to(group->start);
+}
+
+/// Tiles are kept as if nobody looked at them.
+void TileSender::State::skip_to(std::int64_t start) {
+    while (!line.empty() && line.front().packet->pos < start) {
+        av::Packet packet = std::move(line.front().packet);
+        line.pop_front();
+        if (Track& track = track_of(*packet); track.tile)
+            keep(track, std::move(packet));
+        wait_in_line();
+    }
 }
 
 void TileSender::State::send_next(const std::set<int>& looked_at) {

@@ -154,7 +154,7 @@ std::string track_title(const AVStream& stream) {
 
 /// The least rate that all times fit. Where libav finds none it takes the ticks of the container's clock for pictures,
 /// and of interlaced video it takes fields for them.
-double max_rate(const AVStream& stream, double mean) {
+double rate_of_all_times(const AVStream& stream, double mean) {
     constexpr double highest_likely = 240, rounding = 1e-3;
     const AVRational rate = stream.r_frame_rate;
     const double least = rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
@@ -172,7 +172,7 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
     summary.height = parameters.height;
     const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
     summary.frames_per_second = rate.den > 0 ? av_q2d(rate) : 0;
-    summary.max_frames_per_second = max_rate(stream, summary.frames_per_second);
+    summary.max_frames_per_second = rate_of_all_times(stream, summary.frames_per_second);
     summary.pixel_format = name_or(av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format)));
     summary.colour = colour_of(parameters);
     summary.sphere = sphere_of(stream);

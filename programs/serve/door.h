@@ -32,7 +32,7 @@ public:
     virtual void listen(const std::string& option) = 0;
     /// One call waits at a time.
     virtual void accept(Came came) = 0;
-    /// Whose wire is not opened. It may stay open for a moment (turned_away.h).
+    /// Refuses a guest. Its connection is closed now, or a moment later (turned_away.h).
     virtual void turn_away(std::unique_ptr<Wire> wire) = 0;
     /// A call that waits fails, and those turned away are closed.
     virtual void close() = 0;

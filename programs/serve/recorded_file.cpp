@@ -1,7 +1,6 @@
 #include "recorded_file.h"
 
 #include <equistream/error.h>
-#include <plugin/stream/matroska_file.h>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -71,10 +70,29 @@ bool RecordedFile::index_comes_last() const {
     return false;
 }
 
-bool RecordedFile::hide_segment_size() {
+std::optional<SegmentSize> RecordedFile::segment() const {
     std::vector<char> head(matroska_head_bytes);
     head.resize(read(0, head));
-    const auto size = segment_size(head);
+    return segment_size(head);
+}
+
+std::vector<std::int64_t> RecordedFile::clusters(const std::function<bool()>& interrupted) const {
+    std::vector<std::int64_t> found;
+    const auto size = segment();
+    for (std::int64_t offset = size ? size->offset + size->bytes : 0; size && !(interrupted && interrupted());) {
+        std::array<char, ebml_head_bytes> head{};
+        const auto element = ebml_element(std::span(head).first(read(offset, head)));
+        if (!element)
+            break;
+        if (element->id == ebml_cluster)
+            found.push_back(offset);
+        offset += element->head_bytes + element->bytes;
+    }
+    return found;
+}
+
+bool RecordedFile::hide_segment_size() {
+    const auto size = segment();
     if (!size)
         return false;
     hidden_at_ = size->offset;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <set>
@@ -15,6 +16,9 @@
 namespace equistream::serve {
 
 namespace {
+
+/// A viewer that is so far behind goes on with the last group of pictures that is due. It misses what lies between.
+constexpr double skips_when_behind_s = 2;
 
 /// A recorded stream that is open for all viewers, each of which gets it from its beginning.
 class Recording : public Programme {
@@ -29,6 +33,7 @@ public:
                                "one with its index at the end, which viewers cannot read while it arrives"));
         if (loop && !file_.hide_segment_size())
             throw InputError(expected_found(file, "Matroska that begins with its segment, for --loop", "other bytes"));
+        find_cuts(interrupted);
     }
 
     std::unique_ptr<Feed> open_feed() override;
@@ -36,7 +41,23 @@ public:
 private:
     friend class RecordingFeed;
 
+    /// Readers take no cluster that is cut, and wait for all tracks of a moment.
+    void find_cuts(const std::function<bool()>& interrupted) {
+        if (times_.moments.empty())
+            return;
+        const std::vector<std::int64_t> clusters = file_.clusters(interrupted);
+        for (Moment moment : times_.moments) {
+            const auto later = std::ranges::upper_bound(clusters, moment.start);
+            const std::int64_t begin = later == clusters.begin() ? -1 : *std::prev(later);
+            if (begin <= moment.after)
+                continue;
+            moment.start = begin;
+            cuts_.push_back(moment);
+        }
+    }
+
     SendTimes times_;
+    std::vector<Moment> cuts_;  ///< those that begin a cluster, and where that begins
     bool loop_;
     RecordedFile file_;
 };
@@ -49,14 +70,17 @@ public:
         if (position_ == parts_.back().end) {
             if (!recording_.loop_)
                 return {.ended = true};
-            position_ = 0;
-            round_start_s_ += recording_.times_.duration_s;
+            begin_round(elapsed_s);
         }
+        const bool is_behind = elapsed_s - next_due_s() > skips_when_behind_s;
+        if (is_behind)
+            skip_to_group(elapsed_s - round_start_s_);
         std::int64_t due = due_at(elapsed_s - round_start_s_);
         if (due <= position_ && elapsed_s < last_sent_s_ + longest_silence_s)
             return {.again_s = std::min(next_due_s(), last_sent_s_ + longest_silence_s)};
         due = std::max(due, position_ + 1);  // one byte early says that the server is there
-        const auto wanted = std::min(std::size_t(due - position_), block.size());
+        const std::int64_t end = is_behind ? std::min(due, next_cut()) : due;
+        const auto wanted = std::min(std::size_t(end - position_), block.size());
         const std::size_t count = recording_.file_.read(position_, block.first(wanted));
         if (count == 0)
             return {.problem = "the file has become shorter or cannot be read"};
@@ -67,18 +91,42 @@ public:
     }
 
 private:
+    /// The next one, or the one that is due where the viewer is behind.
+    void begin_round(double elapsed_s) {
+        const double duration_s = recording_.times_.duration_s;
+        position_ = 0;
+        round_start_s_ += duration_s;
+        if (const double behind_s = elapsed_s - round_start_s_; behind_s > skips_when_behind_s)
+            round_start_s_ += duration_s * std::floor(behind_s / duration_s);
+    }
+    void skip_to_group(double time_s) {
+        const Moment* const group = newest_group(recording_.cuts_, time_s);
+        if (group == nullptr || group->start <= position_ ||
+            !std::ranges::binary_search(recording_.cuts_, position_, {}, &Moment::start))
+            return;
+        position_ = group->start;
+        skipped_to_s_ = round_start_s_ + group->time_s;
+    }
+    /// Or the file's end.
+    std::int64_t next_cut() const {
+        const auto next = std::ranges::upper_bound(recording_.cuts_, position_, {}, &Moment::start);
+        return next == recording_.cuts_.end() ? parts_.back().end : next->start;
+    }
     /// Where the bytes end that are due at this time.
     std::int64_t due_at(double time_s) const {
         const auto later = std::ranges::upper_bound(parts_, time_s, {}, &DueBytes::time_s);
         return later == parts_.begin() ? 0 : std::prev(later)->end;
     }
+    /// A cluster's head is due with what comes before it; where that was left out, with the cluster.
     double next_due_s() const {
-        return round_start_s_ + std::ranges::upper_bound(parts_, position_, {}, &DueBytes::end)->time_s;
+        const double in_file_s = std::ranges::upper_bound(parts_, position_, {}, &DueBytes::end)->time_s;
+        return std::max(round_start_s_ + in_file_s, skipped_to_s_);
     }
 
     const Recording& recording_;
     const std::vector<DueBytes>& parts_;  // of the recording
     double round_start_s_ = 0;            // of this repetition
+    double skipped_to_s_ = 0;
     double last_sent_s_ = 0;
     std::int64_t position_ = 0;  // in the recording
 };
@@ -109,6 +157,10 @@ public:
             sent_ = 0;
             due_s_ = *due_s;
             try {
+                if (elapsed_s - due_s_ > skips_when_behind_s) {
+                    sender_.skip_to_group(elapsed_s);
+                    due_s_ = sender_.due_s().value_or(elapsed_s);
+                }
                 const bool is_behind = elapsed_s - due_s_ > behind_is_too_much_s;
                 sender_.next(is_behind ? std::set<int>() : looked_at(elapsed_s), bytes_);
             } catch (const std::exception& error) {

@@ -42,6 +42,7 @@ struct Server::Arrival {
     asio::steady_timer patience;
     asio::ip::address from;
     std::string address;
+    bool is_browser = false;
 };
 
 Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& programme, const ServerSettings& settings)
@@ -60,7 +61,7 @@ Server::Server(asio::io_context& io, std::unique_ptr<Door> door, Programme& prog
                     if (!door_->is_open())
                         return;
                     Door::Guest guest{tcp_wire(std::move(socket)), peer, port};
-                    welcome(guest);
+                    welcome(guest, true);
                 });
             });
 }
@@ -81,7 +82,7 @@ void Server::accept() {
             return;
         if (error)
             return retry_later(error);
-        welcome(guest);
+        welcome(guest, false);
         if (guest.wire)
             door_->turn_away(std::move(guest.wire));
         accept();
@@ -115,7 +116,7 @@ void Server::refuse(const std::string& address, const std::string& why) {
     tell({"refused", 0, address, 0, why});
 }
 
-void Server::welcome(Door::Guest& guest) {
+void Server::welcome(Door::Guest& guest, bool is_browser) {
     guest.address = unmapped(guest.address);
     const std::string address = peer_text(guest.address, guest.port);
     if (const std::string why = refusal(guest.address); !why.empty())
@@ -124,7 +125,8 @@ void Server::welcome(Door::Guest& guest) {
         arrivals_, [&](const auto& other) { return counted_address(other->from) == counted_address(guest.address); });
     if (std::ssize(arrivals_) >= max_arriving || (!guest.address.is_loopback() && from_there >= max_arriving_from_one))
         return refuse(address, std::to_string(arrivals_.size()) + " viewers are connecting already");
-    arrive(std::make_shared<Arrival>(Arrival{std::move(guest.wire), asio::steady_timer(io_), guest.address, address}));
+    arrive(std::make_shared<Arrival>(
+        Arrival{std::move(guest.wire), asio::steady_timer(io_), guest.address, address, is_browser}));
 }
 
 void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
@@ -139,8 +141,11 @@ void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
         if (arrivals_.erase(arrival) == 0)  // the server has ended meanwhile
             return;
         if (error)
-            return refuse(arrival->address, "it did not prove that it has the secret (" + error.message() + ")");
-        let_in(*arrival);
+            refuse(arrival->address, "it did not prove that it has the secret (" + error.message() + ")");
+        else
+            let_in(*arrival);
+        if (arrival->wire && !arrival->is_browser)
+            door_->turn_away(std::move(arrival->wire));
     });
 }
 

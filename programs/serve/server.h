@@ -90,8 +90,8 @@ public:
 private:
     void accept();
     void retry_later(const asio::error_code& error);
-    /// Takes the wire of one that is let in.
-    void welcome(Door::Guest& guest);
+    /// Takes the wire of one that is not refused.
+    void welcome(Door::Guest& guest, bool is_browser);
     struct Arrival;
     void arrive(const std::shared_ptr<Arrival>& arrival);
     void let_in(Arrival& arrival);

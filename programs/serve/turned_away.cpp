@@ -7,10 +7,11 @@
 
 namespace equistream::serve {
 
-TurnedAway::TurnedAway(const asio::any_io_executor& executor, std::size_t most) : most_(most), timer_(executor) {}
+TurnedAway::TurnedAway(const asio::any_io_executor& executor, std::size_t max_held)
+    : max_held_(max_held), timer_(executor) {}
 
 void TurnedAway::add(std::unique_ptr<Wire> wire) {
-    if (held_.size() >= most_)
+    if (held_.size() >= max_held_)
         return;
     held_.push_back({Clock::now() + held_for, std::move(wire)});
     if (held_.size() == 1)
@@ -36,9 +37,9 @@ void TurnedAway::wait() {
 }
 
 std::size_t max_turned_away() {
-    constexpr rlim_t most = 512;
+    constexpr rlim_t max_held = 512;
     rlimit files{};
-    return getrlimit(RLIMIT_NOFILE, &files) == 0 ? std::size_t(std::min(most, files.rlim_cur / 2)) : 0;
+    return getrlimit(RLIMIT_NOFILE, &files) == 0 ? std::size_t(std::min(max_held, files.rlim_cur / 2)) : 0;
 }
 
 }  // namespace equistream::serve

@@ -1,6 +1,6 @@
 #pragma once
-/// Connections that are refused, kept open for a moment before they are closed. Whoever connects again as soon as it is
-/// closed would otherwise keep the server busy: 500 of them came 6,400 times a second. One thread: that of `executor`.
+/// Refused connections, kept open for a moment. Clients that reconnect as soon as they are refused would keep the
+/// server busy: 500 of them made 6,400 connections a second. One thread: that of `executor`.
 #include <client/transport/wire.h>
 
 #include <asio/any_io_executor.hpp>
@@ -18,10 +18,10 @@ public:
     using Clock = asio::steady_timer::clock_type;
     static constexpr std::chrono::milliseconds held_for{1000};
 
-    /// Holds `most` at a time at most.
-    TurnedAway(const asio::any_io_executor& executor, std::size_t most);
+    /// Holds `max_held` at a time.
+    TurnedAway(const asio::any_io_executor& executor, std::size_t max_held);
 
-    /// Not opened. Where there are as many already, the connection is closed at once.
+    /// Where there are as many already, the connection is closed at once.
     void add(std::unique_ptr<Wire> wire);
     /// Closes all.
     void clear();
@@ -35,7 +35,7 @@ private:
 
     void wait();
 
-    std::size_t most_;
+    std::size_t max_held_;
     std::deque<Held> held_;  ///< the oldest first
     asio::steady_timer timer_;
 };

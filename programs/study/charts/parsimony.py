@@ -5,7 +5,7 @@ import textwrap
 import matplotlib.pyplot as plt
 from curves import AXES, CHOSEN_PX, CODE_BITS, bit_points, triangle_points
 from found import db, load
-from rates import CLOSE_DB, knee, cheapest_within
+from rates import CLOSE_DB, cheapest_within, knee
 
 from . import looks
 

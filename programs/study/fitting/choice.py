@@ -8,7 +8,7 @@ from presets import KNOWN_DB
 from rates import bytes_for
 from steps import Failed
 
-from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, highest, is_worth, last_holding, min_over, max_gain_db
+from .search import BEST_CRF, CLOSE_DB, cheapest, cheapest_over, coarsest_crf, highest, is_worth, last_holding, max_gain_db
 from .work import Fill, Light, Measurer, by_model, by_scene, by_streamed_depth, pair, perspective, windowed
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
@@ -110,7 +110,7 @@ class Fit:
 
     def run(self):
         self.begin("light")
-        self.light = self.min_light()
+        self.light = self.cheapest_light()
         self.begin("sphere")
         self.told, width, crf = self.sphere()
         self.begin("gaps")
@@ -133,10 +133,10 @@ class Fit:
 
     # -- samples and denoiser
 
-    def min_light(self):
+    def cheapest_light(self):
         """Of each denoiser the least samples a pixel that a sphere that matches the eyes takes uncoded, with ROOM_DB to spare; of these, whichever codes
         to fewer bytes."""
-        found = [least for denoise in DENOISERS if (least := self.min_samples(denoise))]
+        found = [least for denoise in DENOISERS if (least := self.fewest_samples(denoise))]
         with_room = [light for light, db in found if db >= self.level + ROOM_DB]
         width = self.asked.matching_width
         coded = {light: self.finest(by_scene(Fill(), False, light), width, FIRST_CRF) for light in with_room}
@@ -148,7 +148,7 @@ class Fit:
                             f"{taken_text(light is chosen)}")
         return chosen
 
-    def min_samples(self, denoise):
+    def fewest_samples(self, denoise):
         """(light, dB): the least with room, else the best; None without this denoiser."""
         best, samples = None, 1
         while samples <= self.asked.max_samples:
@@ -292,7 +292,7 @@ class Fit:
         each = {chosen: (chosen.bytes_once, chosen.point.bytes) for chosen in (model, streamed) if chosen is not None}
         if not each:
             raise Unreachable(self.at(by_scene(fill, self.told, self.light), width, BEST_CRF))
-        chosen = min_over(self.path_frames, each)
+        chosen = cheapest_over(self.path_frames, each)
         if len(each) == 2 and streamed.point.bytes > model.point.bytes:
             even = math.ceil(model.bytes_once / (streamed.point.bytes - model.point.bytes))
             self.why.append(f"geometry once sends less than depth with every frame from {even:,} frames on; the path has {self.path_frames}")

@@ -111,6 +111,6 @@ def max_gain_db(share):
     return -10 * math.log10(1 - share) if share < 1 else math.inf
 
 
-def min_over(frames, each):
+def cheapest_over(frames, each):
     """Of {name: (bytes once, bytes a frame)} the name that sends least over so many frames."""
     return min(each, key=lambda name: each[name][0] + frames * each[name][1])

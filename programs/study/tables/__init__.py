@@ -5,7 +5,7 @@ look at all scenes. There text around its markers is left alone; a page without 
 from curves import AXES, REFERENCES, SPHERE, matching, parity_of
 from found import all_bytes, db, light_text, load, ms, seen_db, titles_of
 from pages import cell, counts_text, kinds_text, place, table
-from rates import CLOSE_DB, knee, cheapest_within
+from rates import CLOSE_DB, cheapest_within, knee
 from steps import write_whole
 
 from .related import parts as related_parts

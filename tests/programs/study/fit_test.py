@@ -104,8 +104,8 @@ class Search(unittest.TestCase):
 
     def test_once_or_every_frame(self):
         each = {"model": (1000, 10), "depth": (0, 30)}
-        self.assertEqual(fit_search.min_over(49, each), "depth")
-        self.assertEqual(fit_search.min_over(51, each), "model")
+        self.assertEqual(fit_search.cheapest_over(49, each), "depth")
+        self.assertEqual(fit_search.cheapest_over(51, each), "model")
 
 
 class Widths(unittest.TestCase):
@@ -323,7 +323,7 @@ class LeastLight(unittest.TestCase):
     def chosen(self, level, scene):
         fit = Fit(scene, Asked((640, 360), 90.0, 30, 31, 64, 64, 1), "h264", level, 300)
         fit.at = scene.at
-        return fit.min_light(), fit
+        return fit.cheapest_light(), fit
 
     def test_few_samples_are_denoised_where_that_takes_fewer_bytes(self):
         light, fit = self.chosen(30, Rendered(40))

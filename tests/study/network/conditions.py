@@ -11,6 +11,7 @@ LINES = {
     "200 ms of jitter, packets overtake": Line(jitter_s=0.2),
     "5 % lost, 200 ms of jitter": Line(loss=0.05, jitter_s=0.2),
     "silence of 1 s": Line(silent=(3, 4)),
+    "a tenth of the stream's rate": Line(mbit_s=0.74),  # of motion.mkv
 }
 WAYS = {"tcp": "tcp", "tls": "tls", "srt": "srt", "srt-parity-2": "srt", "reno": "tcp"}
 """Scheme of the address. reno: --other-bin's."""

@@ -52,7 +52,7 @@ def line_rows(rows):
             error_db = decibels(squares(found)) if is_scored else None
             lost_db = round(decibels(whole) - error_db, 2) + 0.0 if is_scored else None
             age_ms = statistics.mean(row["age_ms"]["mean"] for row in found) if is_scored else None
-            yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1), *late, cell(error_db), cell(lost_db),
+            yield [line, way, cell(100 * sum(row["packets_lost"] for row in found) / sum(row["packets"] for row in found), 1), figures(found, "spheres"), *late, cell(error_db), cell(lost_db),
                    cell(age_ms, 0), line_share(found)]
 
 
@@ -170,7 +170,7 @@ def viewer_stage(times, words):
 def write_page(found, page):
     text = page.read_text()
     if "lines" in found:
-        text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "spheres come late, median, ms", "95 %", "the latest", "whole error, dB",
+        text = place(text, "lines", "stream", table(["line", "by", "packets lost, %", "spheres", "they come late, median, ms", "95 %", "the latest", "whole error, dB",
                                                     "lost to the viewer, dB", "age of what is seen, ms", "line's bytes / stream's"], line_rows(found["lines"])))
     if "lines" in found or "live" in found:
         text = place(text, "recovery", "stream", table(["after", "by", "as soon as before, s", "as fine as before, s"], recovery_rows(found)))

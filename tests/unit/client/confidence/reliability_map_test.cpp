@@ -37,9 +37,9 @@ struct ValueRange {
             const float lost = loss_at(loss, texture);
             return 255 * (1 - lost) * (1 - 0.3f * lost);
         };
-        const auto [fewest, max_kept] =
+        const auto [min_kept, max_kept] =
             std::minmax({kept(above[std::size_t(Risk::texture)]), kept(below[std::size_t(Risk::texture)])});
-        least = std::min(least, std::floor(fewest * plain::reliability_of(group, above) + 0.499f));
+        least = std::min(least, std::floor(min_kept * plain::reliability_of(group, above) + 0.499f));
         most = std::max(most, std::floor(max_kept * plain::reliability_of(group, below) + 0.501f));
     }
 };

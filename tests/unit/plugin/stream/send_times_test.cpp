@@ -6,8 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <vector>
 
 namespace equistream {
 namespace {
@@ -65,6 +68,34 @@ TEST(SendTimes, OfMatroskaEachFramesBytesAreDueAtItsTimeAndNoLaterOnes) {
         EXPECT_GE(due, coded.bytes_of(frame + 1, made.first_index)) << frame;
         const std::int64_t later = all - coded.bytes_of(frame + 1 + max_reordered, made.first_index);
         EXPECT_LE(due, coded.file_bytes - later) << frame;
+    }
+}
+
+std::vector<Moment> groups_of(const SendTimes& times) {
+    std::vector<Moment> groups;
+    std::ranges::copy_if(times.moments, std::back_inserter(groups), &Moment::begins_group);
+    return groups;
+}
+
+TEST(SendTimes, OfMatroskaGroupsBeginWhereAllTracksCanBeDecodedFrom) {
+    for (const Codec codec : {Codec::h264, Codec::h265}) {
+        const synthetic::Folder folder;
+        synthetic::Made made = synthetic::small_stream(codec, true);
+        made.settings.gop = 5;
+        made.settings.preset = "medium";  // reorders pictures
+        made.settings.pictures = 23;
+        made.pictures = 23;
+        synthetic::write(folder / "a.mkv", made);
+        const SendTimes times = read_send_times((folder / "a.mkv").string());
+        const std::vector<Moment> groups = groups_of(times);
+        ASSERT_EQ(groups.size(), 4u);
+        for (std::size_t i = 0; i < 4; ++i)
+            EXPECT_NEAR(groups[i].time_s, double(i + 1) * 5 / 30, clock_s);
+        EXPECT_EQ(newest_group(times.moments, 0.1), nullptr);
+        EXPECT_EQ(newest_group(times.moments, 0.4)->start, groups[1].start);
+        EXPECT_EQ(newest_group(times.moments, 100)->start, groups[3].start);
+        synthetic::write(folder / "a.mp4", made);
+        EXPECT_TRUE(read_send_times((folder / "a.mp4").string()).moments.empty());
     }
 }
 

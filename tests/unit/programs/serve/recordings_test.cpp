@@ -7,15 +7,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <random>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace equistream::serve {
 namespace {
@@ -113,6 +116,137 @@ TEST(TiledRecordings, SaySomethingEverySecond) {
     EXPECT_EQ(main, made.pictures);
 }
 
+/// What a viewer gets by a line that carries `bytes_per_second`, which takes each portion at once.
+struct Carried {
+    std::map<std::size_t, std::vector<std::int64_t>> indices;  ///< of the pictures, by their tracks
+    double longest_behind_s = 0;
+    std::size_t bytes = 0;
+};
+
+Carried carried(Programme& programme, double bytes_per_second, const std::filesystem::path& file) {
+    const auto feed = programme.open_feed();
+    std::ofstream sent(file, std::ios::binary);
+    std::array<char, 1 << 14> block;
+    Carried carried;
+    double elapsed_s = 0;
+    for (;;) {
+        const Portion portion = feed->next(block, elapsed_s);
+        EXPECT_EQ(portion.problem, "");
+        if (portion.ended || !portion.problem.empty())
+            break;
+        sent.write(block.data(), std::streamsize(portion.bytes));
+        carried.bytes += portion.bytes;
+        if (portion.bytes > 0)
+            carried.longest_behind_s = std::max(carried.longest_behind_s, elapsed_s - portion.due_s);
+        elapsed_s = portion.again_s.value_or(elapsed_s + double(portion.bytes) / bytes_per_second);
+    }
+    sent.close();
+    StreamReader reader(file.string());
+    while (const auto picture = reader.next())
+        carried.indices[picture->track].push_back(picture->info->index);
+    return carried;
+}
+
+/// All tracks from key frames on, without a picture that cannot be decoded.
+void expect_last_of_groups(const Carried& found, std::int64_t first, std::int64_t end, int gop) {
+    for (const auto& [track, indices] : found.indices) {
+        EXPECT_EQ(indices.front(), first) << track;
+        EXPECT_GE(indices.back(), end - gop) << track;
+        EXPECT_LT(indices.size(), std::size_t(end - first) / 2) << track;
+        for (std::size_t i = 1; i < indices.size(); ++i)
+            EXPECT_TRUE(indices[i] == indices[i - 1] + 1 || (indices[i] - first) % gop == 0)
+                << track << ": " << indices[i] << " after " << indices[i - 1];
+    }
+}
+
+TEST(Recordings, SkipToTheNewestGroupForAViewerThatIsFarBehind) {
+    const synthetic::Folder folder;
+    synthetic::Made made = synthetic::small_stream(Codec::h264, true);
+    made.settings.gop = 10;
+    made.settings.pictures = 300;
+    made.pictures = 300;
+    synthetic::write(folder / "a.mkv", made);
+    const auto programme = open_recording((folder / "a.mkv").string(), false);
+    const auto whole = double(std::filesystem::file_size(folder / "a.mkv"));
+    const Carried wide = carried(*programme, whole, folder / "wide.mkv");
+    EXPECT_EQ(wide.bytes, std::size_t(whole));
+    EXPECT_LT(wide.longest_behind_s, 0.5);
+    const Carried narrow = carried(*programme, whole / 100, folder / "narrow.mkv");
+    EXPECT_LT(narrow.bytes, std::size_t(whole / 5));
+    EXPECT_LT(narrow.longest_behind_s, 2 + 100.0 / 30) << "and what a group takes";
+    ASSERT_EQ(narrow.indices.size(), 2u);
+    expect_last_of_groups(narrow, made.first_index, made.first_index + made.pictures, 10);
+}
+
+/// Key frames of both tracks are longer than a cluster, and each takes longer than a viewer may be behind.
+TEST(Recordings, SkipBetweenMomentsSoThatNoTrackStarves) {
+    const synthetic::Folder folder;
+    StreamSettings settings = synthetic::small_stream(Codec::h264, true).settings;
+    settings.gop = 10;
+    settings.crf = 0;
+    settings.pictures = 100;
+    settings.tracks = {{TrackRole::main, 384, 192}, {TrackRole::small, 192, 192}};
+    const std::filesystem::path file = folder / "a.mkv";
+    {
+        std::mt19937 random(1);
+        StreamWriter writer(file.string(), settings);
+        for (std::int64_t index = 0; index < settings.pictures; ++index)
+            for (const TrackSettings& track : settings.tracks) {
+                ByteImage noise(track.width, track.height, 3);
+                std::ranges::generate(noise.samples(), [&] { return std::uint8_t(random()); });
+                writer.write(track.role, noise.view(), synthetic::info(track.width, track.height, index));
+            }
+        writer.finish();
+    }
+    const auto programme = open_recording(file.string(), false);
+    const auto whole = double(std::filesystem::file_size(file));
+    const Carried narrow = carried(*programme, whole / 100 / 4, folder / "narrow.mkv");
+    ASSERT_EQ(narrow.indices.size(), 2u);
+    EXPECT_GE(narrow.indices.at(0).size(), 3u);
+    EXPECT_EQ(narrow.indices.at(0), narrow.indices.at(1));
+}
+
+/// By whole rounds too.
+TEST(Recordings, SkipWhereTheyAreRepeated) {
+    const synthetic::Folder folder;
+    synthetic::Made made = synthetic::small_stream(Codec::h264, true);
+    made.settings.gop = made.pictures = 30;
+    made.settings.pictures = 30;
+    synthetic::write(folder / "a.mkv", made);
+    const auto programme = open_recording((folder / "a.mkv").string(), true);
+    const auto feed = programme->open_feed();
+    std::array<char, 1 << 16> block;
+    while (feed->next(block, 0).bytes > 0) {
+    }
+    constexpr double halted_s = 1000;
+    std::size_t bytes = 0;
+    for (Portion portion; (portion = feed->next(block, halted_s)).bytes > 0;)
+        bytes += portion.bytes;
+    EXPECT_LE(bytes, 2 * std::filesystem::file_size(folder / "a.mkv"));
+}
+
+TEST(Recordings, ThatAreNoMatroskaAreSentWhole) {
+    const synthetic::Folder folder;
+    synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+    made.settings.gop = 4;
+    synthetic::write(folder / "a.mp4", made);
+    const auto programme = open_recording((folder / "a.mp4").string(), false);
+    EXPECT_EQ(sent_to_one_behind_by(*programme, 100, folder / "b.mp4").main, made.pictures);
+}
+
+TEST(TiledRecordings, SkipToTheNewestGroupForAViewerThatIsFarBehind) {
+    const synthetic::Folder folder;
+    const synthetic::MadeTiles made{.pictures = 300, .gop = 10, .first_index = 0};
+    synthetic::write(folder / "tiles.mkv", made);
+    const auto programme = open_recording((folder / "tiles.mkv").string(), false);
+    const auto whole = double(std::filesystem::file_size(folder / "tiles.mkv"));
+    Carried narrow = carried(*programme, whole / 100, folder / "narrow.mkv");
+    EXPECT_LT(narrow.longest_behind_s, 2 + 2);
+    ASSERT_EQ(narrow.indices.size(), 1u + std::size_t(made.grid.columns * made.grid.rows));
+    narrow.indices = {{0, narrow.indices.at(0)}};
+    expect_last_of_groups(narrow, 0, made.pictures, 10);
+}
+
 /// An MP4's boxes, by their names and sizes; a size of 0, 1 and others too.
 std::string box(const std::string& kind, std::uint32_t said, std::size_t bytes) {
     std::string text;
@@ -166,6 +300,25 @@ TEST(RecordedFile, GivesTheSizeOfItsSegmentAsUnknown) {
         EXPECT_EQ(read(odd, 100), std::nullopt);
 }
 
+TEST(RecordedFile, KnowsWhereItsClustersBegin) {
+    const synthetic::Folder folder;
+    const std::string header("\x1a\x45\xdf\xa3\x84\x42\x82\x81\x00", 9), segment("\x18\x53\x80\x67\xff", 5);
+    const std::string cues("\x1c\x53\xbb\x6b\x81x"), cluster("\x1f\x43\xb6\x75\x82yy"), filling("\xec\x80");
+    const auto clusters = [&](const std::string& bytes) {
+        std::ofstream(folder / "file", std::ios::binary) << bytes;
+        return RecordedFile((folder / "file").string()).clusters();
+    };
+    const std::string start = header + segment;
+    using Offsets = std::vector<std::int64_t>;
+    EXPECT_EQ(clusters(start + cues + cluster + filling + cluster + cues + cluster), (Offsets{20, 29, 42}));
+    const std::string endless("\x1f\x43\xb6\x75\xff"), huge("\x1f\x43\xb6\x75\x01\xff\xff\xff\xff\xff\xff\xfe");
+    for (const std::string& odd : {endless + cluster, std::string("\0\0", 2), std::string("\x1f\x43")})
+        EXPECT_EQ(clusters(start + cluster + odd), Offsets{14}) << odd.size();
+    EXPECT_EQ(clusters(start + cluster + huge + cluster), (Offsets{14, 21})) << "it ends behind the file";
+    for (const std::string& none : {std::string(), header, start, start + "text"})
+        EXPECT_TRUE(clusters(none).empty());
+}
+
 TEST(TiledRecordings, GoOnWithATileForHalfASecondAfterItWasLookedAt) {
     const synthetic::Folder folder;
     synthetic::write(folder / "a.mkv",
@@ -214,7 +367,7 @@ TEST(TiledRecordings, RefuseAFileThatHasTakenTheirPlace) {
 
 TEST(TiledRecordings, GiveAViewerBehindTheBaseAlone) {
     const synthetic::Folder folder;
-    const synthetic::MadeTiles made{.grid = {8, 4}, .pictures = 24, .gop = 10};
+    const synthetic::MadeTiles made{.grid = {8, 4}, .pictures = 24, .gop = 24};
     synthetic::write(folder / "tiles.mkv", made);
     const auto programme = open_recording((folder / "tiles.mkv").string(), false);
     const Counts level = sent_to_one_behind_by(*programme, 0, folder / "level.mkv");

@@ -188,6 +188,9 @@ protected:
         return all;
     }
     std::filesystem::path place() const { return folder / "."; }
+    static void say(const Viewer& viewer, const std::string& bytes) {
+        EXPECT_EQ(send(viewer.handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    }
 };
 
 /// Of a recording of tiles.
@@ -215,9 +218,6 @@ protected:
                 EXPECT_TRUE(std::ranges::equal(picture.samples(), whole.at(track).at(index).samples())) << track;
         EXPECT_EQ(pictures[0].size(), 20u);
         return pictures;
-    }
-    static void say(const Viewer& viewer, const std::string& bytes) {
-        EXPECT_EQ(send(viewer.handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
     }
     /// Its head is turned to the left by so much, and sees little.
     static void look(const Viewer& viewer, double degrees) {

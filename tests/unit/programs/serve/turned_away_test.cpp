@@ -36,15 +36,15 @@ TEST(TurnedAwayConnections, AreClosedAfterTheirTime) {
     const auto start = TurnedAway::Clock::now();
     held.add();
     held.io.run_for(TurnedAway::held_for / 2);
+    const auto second = TurnedAway::Clock::now();
     held.add();
-    EXPECT_EQ(held.open, 2);
     held.io.restart();
-    held.io.run_one();
-    EXPECT_EQ(held.open, 1) << "each has its own time";
+    while (held.open == 2)
+        held.io.run_one();
     EXPECT_GE(TurnedAway::Clock::now() - start, TurnedAway::held_for);
     held.io.run();
     EXPECT_EQ(held.open, 0);
-    EXPECT_GE(TurnedAway::Clock::now() - start, TurnedAway::held_for * 3 / 2);
+    EXPECT_GE(TurnedAway::Clock::now() - second, TurnedAway::held_for) << "each has its own time";
 }
 
 TEST(TurnedAwayConnections, BeyondTheLimitAreClosedAtOnce) {
@@ -64,9 +64,8 @@ TEST(TurnedAwayConnections, LeaveNothingToDoOnceAllAreClosed) {
     held.add();
     held.away.clear();
     EXPECT_EQ(held.open, 0);
-    const auto start = TurnedAway::Clock::now();
-    held.io.run();
-    EXPECT_LT(TurnedAway::Clock::now() - start, TurnedAway::held_for);
+    held.io.poll();
+    EXPECT_TRUE(held.io.stopped()) << "nothing is waited for";
 }
 
 }  // namespace
