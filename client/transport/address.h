@@ -20,7 +20,8 @@ struct ServerAddress {
         host{};  ///< a name, an IPv4 address, or an IPv6 address without brackets; may be empty where one listens
     std::uint16_t port = 0;
     std::string secret{};  ///< as the address says it; empty: it says none
-    /// Of srt:// alone: a packet of parity follows each N others, in both directions. Both ends must say the same.
+    /// Of srt:// alone: N, of a packet of parity for each row and column of N others (make_srt_socket()), in both
+    /// directions. Both ends must say the same.
     std::optional<int> parity{};
 
     /// "tls://HOST:PORT": the secret is left out.

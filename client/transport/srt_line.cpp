@@ -40,7 +40,7 @@ SRTSOCKET make_srt_socket(double patience_s, double connect_s, int parity) {
     const auto idle_ms = int(std::clamp(2000 * patience_s, 100.0, 2e6));
     const auto connect_ms = int(std::clamp(1000 * connect_s, 100.0, 2e6));
     // What parity cannot repair is asked for at once.
-    const std::string error_correction = "fec,cols:" + std::to_string(parity) + ",arq:always";
+    const std::string n = std::to_string(parity), error_correction = "fec,cols:" + n + ",rows:" + n + ",arq:always";
     // No time stamps: what has come is given at once, and what is late is not thrown away.
     if (socket != SRT_INVALID_SOCK && set(socket, SRTO_RCVSYN, false) && set(socket, SRTO_SNDSYN, false) &&
         set(socket, SRTO_TSBPDMODE, false) && set(socket, SRTO_TLPKTDROP, false) &&

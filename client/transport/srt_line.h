@@ -25,8 +25,9 @@ namespace equistream {
 /// What fits into a packet on any line: packets that are divided on the way are lost more often.
 inline constexpr std::size_t srt_payload_bytes = 1316;
 
-/// With all that both ends say of a connection; `connect_s` is for making one. A packet of parity follows each `parity`
-/// others (forward error correction). Throws WorkError.
+/// With all that both ends say of a connection; `connect_s` is for making one. Forward error correction: packets stand
+/// in rows and columns of `parity` each, and every row and every column has a packet of parity (as in SMPTE ST 2022-1).
+/// Throws WorkError.
 SRTSOCKET make_srt_socket(double patience_s, double connect_s, int parity);
 
 /// In the io_context's thread, as a Wire; but several reads may wait. Its callbacks keep it until close().

@@ -13,9 +13,9 @@ LINES = {
     "silence of 1 s": Line(silent=(3, 4)),
     "a tenth of the stream's rate": Line(mbit_s=0.74),  # of motion.mkv
 }
-WAYS = {"tcp": "tcp", "tls": "tls", "srt": "srt", "srt-parity-2": "srt", "reno": "tcp"}
+WAYS = {"tcp": "tcp", "tls": "tls", "srt": "srt", "srt-parity-4": "srt", "reno": "tcp"}
 """Scheme of the address. reno: --other-bin's."""
-QUERIES = {"srt-parity-2": "?parity=2"}
+QUERIES = {"srt-parity-4": "?parity=4"}
 """What else the address says."""
 SEEDS = (1, 2)
 
