@@ -47,7 +47,7 @@ std::vector<Plan> plans_after(std::vector<Plan> plans, const Plan& chosen, Track
 /// A chain, then the same with one pass fewer each time, down to its last pass alone. What is worth least goes first:
 /// guesses, then, over push-pull, in the gaps once the head has moved by 0.25 m, small is worth -1.7 dB, small-wide
 /// -1.5, geometry -0.4, earlier +0.1, patches +2.2 and hidden +2.5 (means of an earlier client,
-/// docs/results/reproject.md of commit aa35cee6, "What each fill pass recovers"). Idle passes cost nothing, so they go
+/// docs/results/reproject.md of commit aa35cee6, "What each pass recovers"). Idle passes cost nothing, so they go
 /// along with the first other one that is left out.
 std::vector<std::string> shorter_chains(const std::string& chain, const std::vector<std::string>& idle_passes);
 

@@ -85,7 +85,7 @@ def depth_codes(found):
                                  for scale in results.SCALES}) if method in reference else "-" for method in methods]
             crf = ", ".join("-" if record["crf"] is None else f"{record['crf']:g}" for record in encoded)
             within = [record["trial"]["pixels_within_budget"] for record in encoded if "trial" in record]
-            rows.append([scene, system["system"], encoded[0]["code"], results.depth_codec(system, encoded[0]), "half" if encoded[0]["scale"] == 2 else "whole", crf,
+            rows.append([scene, system["system"], encoded[0]["code"], encoded[0]["codec"], "half" if encoded[0]["scale"] == 2 else "whole", crf,
                          cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1), cell(100 * sum(within) / len(within), 1) if within else "-", *lost])
     return table(["scene", "asked for", "code", "codec", "size", "depth's CRF by seed", "% of the colour's bits", "% of pixels within e", *(f"dB lost, {method}" for method in methods)], rows)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The tables' arithmetic, on figures whose answers are known: leads, bounds, codecs, and engines that are gone."""
+"""The tables' arithmetic, on figures whose answers are known: leads, bounds, and engines that are gone."""
 
 import unittest
 
@@ -39,12 +39,6 @@ class Tables(unittest.TestCase):
         self.assertIn("2 of 8x4, the client's model", text)
         gone = [{**runs[0], "engines": [{**engine, "engine": "gather"}]}]
         self.assertEqual(report.shift({"scene": {"runs": gone + runs}}), text, "an engine that is gone has no row")
-
-    def test_a_depth_track_has_the_codec_that_it_was_sent_with(self):
-        asked = {"codec": "h264"}
-        self.assertEqual(results.depth_codec(asked, {"code": "w10", "codec": "h265"}), "h265")
-        self.assertEqual([results.depth_codec(asked, {"code": code}) for code in ("w8", "w10", "w12", "hue", "lossless")],
-                         ["h264", "h264", "h265", "h265", "h265"])
 
     def test_scenes_whose_depth_other_methods_played_share_a_table(self):
         def scene(method):

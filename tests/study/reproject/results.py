@@ -30,12 +30,3 @@ def keep(file, scene, result):
     found = json.loads(file.read_text()) if file.exists() else {}
     write_whole(file, result_text({**found, scene: result}))
     print(f"{file}: {scene}", flush=True)
-
-
-# What `encode` sends as H.265 whatever --codec says (TrackSettings::codec). Only for results from before its report told each track's codec.
-ONLY_H265 = ("w12", "hue", "lossless")
-
-
-def depth_codec(system, record):
-    """The codec that a depth track truly has, `h264` or `h265`."""
-    return record.get("codec") or ("h265" if record["code"] in ONLY_H265 else system["codec"])
