@@ -24,7 +24,8 @@ namespace {
 
 /// libavformat keeps a fragment until it is whole: 2 GiB of a track at most, and a box holds 4 GiB.
 constexpr std::int64_t max_fragment_bytes = std::int64_t{1} << 30;
-constexpr int max_cluster_bytes = 1 << 15, max_cluster_ms = 1000;
+/// So that what is shown later begins a cluster of its own, and viewers who are behind can skip from there (serve).
+constexpr int max_cluster_bytes = 1 << 15, max_cluster_ms = 1;
 
 struct WrittenTrack {
     WrittenTrack(const StreamSettings& settings, const TrackSettings& track, bool global_header)

@@ -100,9 +100,10 @@ private:
             round_start_s_ += duration_s * std::floor(behind_s / duration_s);
     }
     void skip_to_group(double time_s) {
+        if (!std::ranges::binary_search(recording_.cuts_, position_, {}, &Moment::start))
+            return;
         const Moment* const group = newest_group(recording_.cuts_, time_s);
-        if (group == nullptr || group->start <= position_ ||
-            !std::ranges::binary_search(recording_.cuts_, position_, {}, &Moment::start))
+        if (group == nullptr || group->start <= position_)
             return;
         position_ = group->start;
         skipped_to_s_ = round_start_s_ + group->time_s;

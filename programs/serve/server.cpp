@@ -144,7 +144,7 @@ void Server::arrive(const std::shared_ptr<Arrival>& arrival) {
             refuse(arrival->address, "it did not prove that it has the secret (" + error.message() + ")");
         else
             let_in(*arrival);
-        if (arrival->wire && !arrival->is_browser)
+        if (arrival->wire && !arrival->is_browser && door_->is_open())
             door_->turn_away(std::move(arrival->wire));
     });
 }

@@ -45,7 +45,8 @@ public:
     /// tiles it sends only the numbers in `looked_at`, except at the first moment: then all, so that readers know every
     /// track. Throws WorkError if libav cannot write the stream.
     void next(const std::set<int>& looked_at, std::string& bytes);
-    /// Leaves out what comes before the last group of pictures that is due by `time_s`, if that has not begun.
+    /// Leaves out what comes before the last group of pictures that is due by `time_s`, if that has not begun. Does
+    /// nothing before the header was sent, and for files that are no Matroska.
     void skip_to_group(double time_s);
 
 private:

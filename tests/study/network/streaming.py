@@ -153,7 +153,7 @@ def lines(options, steps, keep, kept):
                         traces[key] = row
     for key, row in traces.items():
         row.update(seen(steps, key, f"trace={key}.csv", scored))
-    keep("lines", [*(row for row in kept if row["way"] not in ways), *rows], f"lines by {','.join(ways)}")
+    keep("lines", [*(row for row in kept if row["way"] not in ways), *rows], *(f"lines by {way}" for way in ways))
 
 
 def page(options, steps, keep, kept):
@@ -257,9 +257,9 @@ def main():
     steps = Steps(options.work.resolve(), options.bin, {}, {"sphere": SPHERE, "eyes": EYES, "seconds": SECONDS})
     kept = json.loads(options.out.read_text()) if options.out.exists() else {}
 
-    def keep(part, found, made=None):
+    def keep(part, found, *made):
         kept.update({"command": "tests/study/network/streaming.py --bin BIN --work W --out docs/results/stream.json", part: found})
-        kept.setdefault("provenance", {})[made or part] = provenance(options.bin, TESTS.parent)
+        kept.setdefault("provenance", {}).update(dict.fromkeys(made or [part], provenance(options.bin, TESTS.parent)))
         write_whole(options.out, result_text(kept))
 
     for part in options.parts.split(","):
