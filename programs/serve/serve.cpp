@@ -332,8 +332,7 @@ std::function<void()> set_up(cli::CommandLine& app, Options& options) {
         "tcp://HOST:PORT; tls://HOST:PORT, encrypted, for viewers with the secret; srt://HOST:PORT, the "
         "same over UDP, for networks that lose packets; ?parity=N after it sends 2 packets of parity for each N others "
         "(N from 2 to 100; usually 10). Without a host only this machine can connect (127.0.0.1). Port 0: any free "
-        "port. "
-        "Required without --web");
+        "port. Required without --web");
     app.add_option("--web", options.web,
                    "PORT or HOST:PORT of a page that shows the stream in a browser. https://HOST:PORT: encrypted, for "
                    "viewers with the secret. Without a host only this machine can open it");

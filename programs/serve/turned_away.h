@@ -25,7 +25,6 @@ public:
     void add(std::unique_ptr<Wire> wire);
     /// Closes all.
     void clear();
-    std::size_t size() const { return held_.size(); }
 
 private:
     struct Held {
