@@ -34,13 +34,13 @@ ByteImage decode_rgba(EncodedImage& image) {
     return decoded;
 }
 
-LinearImage linearise(const ByteImage& rgba, TextureCoding coding) {
+LinearImage linearise(const ByteImage& rgba, TextureCoding coding, bool is_cut) {
     const auto& table = decode_table(coding);
     LinearImage image(rgba.width(), rgba.height(), 1);
     for (std::size_t i = 0; i < image.samples().size(); ++i) {
         const std::uint8_t* in = &rgba.samples()[4 * i];
         // Texels that are cut away keep a trace of weight, so that a wholly empty region keeps its colour.
-        const float a = std::max(static_cast<float>(in[3]) / 255, 1e-3f);
+        const float a = is_cut ? std::max(static_cast<float>(in[3]) / 255, 1e-3f) : 1;
         image.samples()[i] = {table[in[0]] * a, table[in[1]] * a, table[in[2]] * a, a};
     }
     return image;
@@ -180,7 +180,7 @@ ByteImage make_mip_level(const MipChainSource& source, int level) {
             std::copy_n(&rgba.samples()[4 * i], 3, &full.samples()[3 * i]);
         return full;
     }
-    LinearImage image = linearise(rgba, source.coding);
+    LinearImage image = linearise(rgba, source.coding, source.is_cut);
     for (int i = 0; i < level; ++i)
         image = halve(image);
     return encode(image, source.coding);

@@ -10,10 +10,12 @@
 
 namespace equistream::embree_host {
 
-/// What the texture system is given for one image. `texture` is borrowed.
+/// What the texture system is given for one image. `texture` is borrowed. `is_cut`: materials cut it away by its alpha,
+/// so coarser levels are weighted by that. Elsewhere alpha has no meaning.
 struct MipChainSource {
     const Texture* texture = nullptr;
     TextureCoding coding = TextureCoding::colour;
+    bool is_cut = false;
 };
 
 /// sRGB code value to linear, and code value to [0, 1].

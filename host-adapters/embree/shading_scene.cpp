@@ -62,8 +62,10 @@ void ShadingScene::pack(const Mesh& mesh, std::vector<TriangleRecord>& records) 
         const glm::vec3 across = glm::cross(ab, ac);
         r = {};
         r.geometric_normal = pack_direction(across);
-        for (int corner = 0; corner < 3 && !mesh.normals.empty(); ++corner)
-            r.normals[corner] = pack_direction(mesh.normals[t[corner]]);
+        for (int corner = 0; corner < 3 && !mesh.normals.empty(); ++corner) {
+            const glm::vec3& normal = mesh.normals[t[corner]];
+            r.normals[corner] = pack_direction(glm::dot(normal, normal) > 0 ? normal : across);
+        }
         for (int corner = 0; corner < 3 && !mesh.uvs.empty(); ++corner)
             r.uvs[corner] = mesh.uvs[t[corner]];
         const glm::vec2 uv_ab = r.uvs[1] - r.uvs[0], uv_ac = r.uvs[2] - r.uvs[0];

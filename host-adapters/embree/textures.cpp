@@ -59,7 +59,7 @@ float bounded(float coordinate) {
 }
 
 struct Uses {
-    bool as_colour = false, as_data = false;
+    bool as_colour = false, as_data = false, is_cut = false;
 };
 
 std::vector<Uses> uses_of_textures(const SceneModel& model) {
@@ -70,6 +70,8 @@ std::vector<Uses> uses_of_textures(const SceneModel& model) {
                 uses[colour].as_colour = true;
         if (material.metallic_roughness_texture != no_index)
             uses[material.metallic_roughness_texture].as_data = true;
+        if (material.base_colour_texture != no_index && material.alpha_mask != no_index)
+            uses[material.base_colour_texture].is_cut = true;
     }
     return uses;
 }
@@ -94,7 +96,8 @@ Textures::Textures(const SceneModel& model)
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(uses.size()), [&](std::uint32_t i) {
         const auto add_as = [&](TextureCoding coding) {
             const std::size_t place = place_of(i, coding);
-            add(model.textures[i], coding, entries_[place], sources_[place]);
+            sources_[place] = {&model.textures[i], coding, coding == TextureCoding::colour && uses[i].is_cut};
+            add(sources_[place], entries_[place]);
         };
         if (uses[i].as_data)
             add_as(TextureCoding::data);
@@ -105,9 +108,8 @@ Textures::Textures(const SceneModel& model)
 
 Textures::~Textures() = default;
 
-void Textures::add(const Texture& texture, TextureCoding coding, Entry& entry, MipChainSource& source) {
-    source.texture = &texture;
-    source.coding = coding;
+void Textures::add(const MipChainSource& source, Entry& entry) {
+    const Texture& texture = *source.texture;
     const MipChainSource* pointer = &source;
     OIIO::ImageSpec config;
     config.attribute(mip_source_attribute, OIIO::TypeDesc::PTR, static_cast<const void*>(&pointer));
@@ -124,7 +126,7 @@ void Textures::add(const Texture& texture, TextureCoding coding, Entry& entry, M
     entry.width = spec->width;
     entry.height = spec->height;
     entry.levels = mip_level_count(spec->width, spec->height);
-    entry.decode = &decode_table(coding);
+    entry.decode = &decode_table(source.coding);
     entry.wrap_u = oiio_wrap(texture.wrap_u);
     entry.wrap_v = oiio_wrap(texture.wrap_v);
     entry.nearest = texture.nearest;
@@ -188,15 +190,17 @@ glm::vec3 Textures::Reader::lookup(std::uint32_t texture, const TextureQuery& qu
         return {decode[texel[0]], decode[texel[1]], decode[texel[2]]};
     }
 
-    const auto width = static_cast<float>(e.width >> level), height = static_cast<float>(e.height >> level);
+    const auto width = static_cast<float>(std::max(1, e.width >> level));
+    const auto height = static_cast<float>(std::max(1, e.height >> level));
     uv += offset / glm::vec2(width, height);
     OIIO::TextureOpt options;
     options.swrap = e.wrap_u;
     options.twrap = e.wrap_v;
     options.interpmode = OIIO::TextureOpt::InterpClosest;
     options.mipmode = OIIO::TextureOpt::MipModeOneLevel;
-    // The texture system takes the finest level on which this is at most one texel: exactly the one chosen above.
-    const float derivative = 0.75f / std::max(width, height);
+    // The texture system takes the finest level on which this is at most one texel of the shorter side: the one chosen
+    // above, or, once that side is one texel long, the first on which it is.
+    const float derivative = 0.75f / std::min(width, height);
     float rgb[3];
     ++calls_;
     if (!textures_.system_->texture(e.handle, perthread_, options, uv.x, uv.y, derivative, 0, 0, derivative, 3, rgb))

@@ -1,6 +1,7 @@
 #pragma once
 /// A model's textures behind OpenImageIO's texture system: images embedded in the model are decoded from memory and
-/// given MIP levels averaged in linear light (weighted by alpha, so that what a mask cuts away does not bleed in).
+/// given MIP levels averaged in linear light (weighted by alpha where a mask cuts by it, so that what is cut away does
+/// not bleed in).
 ///
 /// A lookup takes the one texel that a random offset of half a texel, and of half a level, chooses: in the mean exactly
 /// trilinear filtering, in linear light, for the price of one texel. Lookups as coarse as `coarse_side` texels are
@@ -87,7 +88,8 @@ private:
     std::size_t place_of(std::uint32_t texture, TextureCoding coding) const {
         return coding == TextureCoding::colour ? texture : entries_.size() / 2 + texture;
     }
-    void add(const Texture& texture, TextureCoding coding, Entry& entry, MipChainSource& source);
+    /// `source` is complete.
+    void add(const MipChainSource& source, Entry& entry);
     InputError failure(const Texture& texture) const;
     void fetch_coarse_level(const Texture& texture, Entry& entry);
 

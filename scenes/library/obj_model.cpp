@@ -44,9 +44,12 @@ private:
 };
 
 /// Normals for corners without one: a triangle's own where its smoothing is off, else the mean over the triangles of
-/// the group around the vertex, each weighted by its angle there.
+/// the group around the vertex, each weighted by its angle there. Zero where triangles back to back cancel each other.
 class MissingNormals {
 public:
+    /// What such triangles leave is rounding.
+    static constexpr float min_normal_length = 1e-4f;
+
     explicit MissingNormals(ObjDocument& document) : document_(document) {}
 
     void add() {
@@ -55,7 +58,7 @@ public:
         for (auto& [key, index] : index_of_) {
             glm::vec3& n = document_.normals[index];
             const float length = glm::length(n);
-            n = length > 0 ? n / length : glm::vec3(0);
+            n = length > min_normal_length ? n / length : glm::vec3(0);
         }
         for (ObjPart& part : document_.parts)
             assign(part);

@@ -113,6 +113,18 @@ TEST(Direct, SunOnAMattePlaneIsAlbedoOverPiTimesIrradianceTimesCosine) {
     }
 }
 
+/// Exporters write them, and smoothing over both sides of a card leaves them.
+TEST(Direct, NormalsWithoutADirectionAreTheTriangles) {
+    TestScene scene;
+    Mesh floor = floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0.6f))));
+    floor.normals.assign(floor.positions.size(), glm::vec3(0));
+    scene.add(std::move(floor));
+    scene.options.max_bounces = 1;
+    scene.lights.sun.emplace(glm::vec3(0.3f, 1, 0), glm::vec3(4), 0.00465f);
+    const double cosine = 1 / std::sqrt(1.09);
+    EXPECT_NEAR(scene.look({0, 2, 1}, {0, -2, -1}, 32).mean.y, 0.6 / pi * 4 * cosine, 2e-3);
+}
+
 /// Its disc's part above the horizon, whichever way its middle lies: as without asking for the sun.
 TEST(Direct, AWideSunThatHasHalfSetStillShines) {
     TestScene scene;

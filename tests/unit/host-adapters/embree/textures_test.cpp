@@ -180,10 +180,48 @@ TEST(Textures, LevelsFollowTheFootprint) {
     EXPECT_NE(at(reader, 100.5f / 256, 0.5f, 0.9f / 256), at(reader, 103.4f / 256, 0.5f, 0.9f / 256));
 }
 
+/// By level: how many texels it merges, and how far apart the middle of its texels must lie to be another one.
+TEST(Textures, LevelsFollowTheFootprintWhateverTheShape) {
+    const auto shade_of_column = [](int x, int) {
+        const auto shade = static_cast<std::uint8_t>(x);
+        return glm::u8vec4(shade, shade, shade, 255);
+    };
+    for (const auto& [width, height, texels] :
+         {std::tuple{1024, 256, 4.0f}, {1024, 256, 16.0f}, {4096, 512, 32.0f}, {4096, 16, 8.0f}}) {
+        const SceneModel model = model_with(make_png(width, height, shade_of_column));
+        const Textures textures(model);
+        Textures::Reader reader(textures);
+        const auto w = static_cast<float>(width);
+        const float first = 512.5f, last = first + texels - 0.7f;
+        EXPECT_EQ(at(reader, first / w, 0.5f, texels / w), at(reader, last / w, 0.5f, texels / w))
+            << width << 'x' << height << ": one texel of the level";
+        EXPECT_NE(at(reader, first / w, 0.5f, 0.4f * texels / w), at(reader, last / w, 0.5f, 0.4f * texels / w));
+    }
+    // Beyond the level on which the shorter side is one texel, which the texture system never takes.
+    const SceneModel model = model_with(make_png(4096, 16, shade_of_column));
+    const Textures textures(model);
+    Textures::Reader reader(textures);
+    const glm::vec3 light = reader.lookup(0, {{0.3f, 0.5f}, 64.0f / 4096, {0.9f, 0.1f, 0.5f}});
+    EXPECT_TRUE(light.x > 0 && light.x < 1) << light.x;
+}
+
+TEST(Textures, AlphaThatCutsNothingAwayWeighsNothing) {
+    const Texture half_clear = make_png(
+        64, 64, [](int x, int) { return x % 2 ? glm::u8vec4(0, 0, 0, 0) : glm::u8vec4(255, 255, 255, 255); }, 4);
+    for (const bool is_cut : {false, true}) {
+        SceneModel model = model_with(half_clear);
+        model.materials[0].alpha_mask = is_cut ? 0 : no_index;
+        const Textures textures(model);
+        Textures::Reader reader(textures);
+        EXPECT_NEAR(at(reader, 0.4f, 0.5f, 16.0f / 64).x, is_cut ? 1 : 0.5, 0.005);
+        EXPECT_NEAR(textures.mean(0).x, is_cut ? 1 : 0.5, 0.005) << "lamps are chosen by it";
+    }
+}
+
 TEST(Textures, WhatAMaskCutsAwayDoesNotBleed) {
     const Texture texture = make_png(
         64, 64, [](int x, int) { return x % 2 ? glm::u8vec4(0, 0, 0, 0) : glm::u8vec4(255, 255, 255, 255); }, 4);
-    const MipChainSource source{&texture, TextureCoding::colour};
+    const MipChainSource source{&texture, TextureCoding::colour, true};
     ASSERT_EQ(mip_level_count(64, 64), 7);
     const ByteImage level = make_mip_level(source, 3);
     EXPECT_EQ(level.width(), 8);

@@ -192,6 +192,15 @@ TEST_F(ObjModel, NormalsAreTheFilesOrSmoothedByGroupOrNone) {
     EXPECT_TRUE(load(walls + "s 1\n" + up, {.shading = false}).meshes[0].normals.empty());
 }
 
+/// A card that is seen from both sides, tilted so that rounding leaves something.
+TEST_F(ObjModel, NormalsThatCancelEachOtherAreLeftToTheRenderer) {
+    const SceneModel card =
+        load("v 0.1 0.2 0.3\nv 1.3 0.7 0.1\nv 1.1 1.9 0.4\nv -0.1 1.4 0.6\ns 1\nf 1 2 3 4\nf 4 3 2 1\n");
+    ASSERT_EQ(card.meshes[0].normals.size(), card.meshes[0].positions.size());
+    for (const glm::vec3& normal : card.meshes[0].normals)
+        EXPECT_EQ(normal, glm::vec3(0));
+}
+
 TEST_F(ObjModel, NumbersTooLargeForFloatsCountAsZero) {
     write("m.mtl", "newmtl a\nmap_Kd a.tga\n");
     // The second is 0 times infinity to a reader that scales by powers of ten.
