@@ -44,6 +44,12 @@ void SequenceRenderer::run() {
             stop_if_interrupted();
             render_index(index);
         }
+    } catch (const InputError& error) {
+        keep_if_finished();
+        // Frames are finished, so what was asked for can be done: a file that it needs has changed or is missing.
+        if (report_.frames_rendered > 0)
+            throw WorkError(error.what());
+        throw;
     } catch (...) {
         keep_if_finished();
         throw;

@@ -11,6 +11,7 @@
 #include <plugin/denoise/denoiser.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <map>
@@ -163,8 +164,14 @@ private:
             return;
         }
         if (plan_.poses_of_our_own) {
-            info.head = read_exr_info(file.file()).head;
-            conversion.camera_pose = camera_pose(camera(), info.head, info.eye, info.ipd_m, info.lock);
+            const FrameInfo own = read_exr_info(file.file());
+            info.head = own.head;
+            // An import may have turned the sphere. Where an option says another eye, it is the head that stays.
+            const bool is_another_eye =
+                std::ranges::any_of(std::array{"--eye", "--ipd", "--lock"},
+                                    [&](const char* option) { return settings_.told.contains(option); });
+            conversion.camera_pose =
+                is_another_eye ? camera_pose(camera(), info.head, info.eye, info.ipd_m, info.lock) : own.camera_pose;
             return;
         }
         if (plan_.poses_in_attributes) {

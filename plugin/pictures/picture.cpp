@@ -148,6 +148,17 @@ ByteImage id_picture(const IdImage& ids) {
     return map_plane(ids, [](const std::uint32_t* id) { return colour_of_id(*id); });
 }
 
+/// Black is 0. White is the frame's highest number, or 1 where none is higher.
+ByteImage grey_picture(const FloatImage& plane) {
+    float highest = 1;
+    for (const float number : plane.samples())
+        highest = std::isfinite(number) ? std::max(highest, number) : highest;
+    return map_plane(plane, [highest](const float* number) {
+        const double grey = std::clamp(number[0] / highest, 0.0f, 1.0f);
+        return Rgb{grey, grey, grey};
+    });
+}
+
 /// Colours of ids, mixed by how much each covers.
 ByteImage cryptomatte_picture(const FloatImage& plane) {
     return map_plane(plane, [](const float* pairs) {
@@ -181,9 +192,10 @@ ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const D
         });
     if (find_aov(plane) && find_aov(plane)->group == "cryptomatte")
         return cryptomatte_picture(image);
-    if (plane == "specular")
-        return map_plane(image, [](const float* s) { return Rgb{s[0], s[0], s[0]}; });
-    const double exposure = plane == "colour" ? frame.info.exposure : 1;
+    if (image.channels() == 1)
+        return grey_picture(image);
+    const bool is_light = find_aov(plane) && find_aov(plane)->unit == "radiance";
+    const double exposure = is_light ? frame.info.exposure : 1;
     return quantise_8bit(display.to_display(image.view(), exposure).view());
 }
 

@@ -272,6 +272,10 @@ class Import(unittest.TestCase):
             # Our longitude -90 degrees is where the imported sphere's middle... ahead lies at 3/4 of the width.
             ahead = rotation(s) @ [1, 0, 0]
             np.testing.assert_allclose(ahead, rotation(q) @ [0, 0, -1], atol=1e-5)
+        again = run("import", self.work / "out/centre", "--out", self.work / "again")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        for file in found:
+            self.assert_same_pose(file, self.work / "again/centre" / file.name)
 
     def test_row_and_column_vectors_give_one_pose(self):
         planes, matrix = self.pbrt_frame(self.sphere[1])

@@ -41,7 +41,10 @@ protected:
     static void finish(const FrameTask& task) { fill(task.frame, miss, black); }
 
     /// What a render of frames 0 to 4 ends with; empty: all of them.
-    std::string end_of_render() {
+    std::string end_of_render() { return error_of_render<std::exception>(); }
+    /// Other errors are thrown.
+    template <typename Error>
+    std::string error_of_render() {
         RenderOptions options;
         options.out = output;
         options.size = {32, 16};
@@ -60,7 +63,7 @@ protected:
         RenderReport report;
         try {
             SequenceRenderer({options, timeline, 0, streams, interrupted_}, host_, report).run();
-        } catch (const std::exception& error) {
+        } catch (const Error& error) {
             return error.what();
         }
         return "";
@@ -98,6 +101,19 @@ TEST_F(SequenceRendererTest, TheFrameBeforeAFailureIsKept) {
     host_.on_move = [](std::int64_t) {};
     EXPECT_EQ(end_of_render(), "");
     EXPECT_EQ(frames(), (Frames{0, 1, 2, 3, 4}));
+}
+
+/// Whoever runs it may try again: bad usage would say that nothing was done.
+TEST_F(SequenceRendererTest, WhatIsRefusedInTheMiddleIsNoBadUsage) {
+    host_.on_move = [](std::int64_t index) {
+        if (index == 2)
+            throw InputError("a part is missing");
+    };
+    EXPECT_EQ(error_of_render<WorkError>(), "a part is missing");
+    EXPECT_EQ(frames(), (Frames{0, 1}));
+    std::filesystem::remove_all(output);
+    host_.on_move = [](std::int64_t) { throw InputError("a part is missing"); };
+    EXPECT_EQ(error_of_render<InputError>(), "a part is missing") << "nothing was done";
 }
 
 TEST_F(SequenceRendererTest, AFrameWhoseLastTileWasDoneIsKeptWhenARenderIsInterrupted) {

@@ -188,6 +188,26 @@ TEST_F(FalseColour, MirrorsAreWhite) {
     EXPECT_EQ(brightness(picture.pixel(3, 1)), 255);
 }
 
+TEST_F(FalseColour, NumbersAreGreyUpToTheHighest) {
+    FloatImage samples(4, 2, 1, 0.0f);
+    *samples.pixel(1, 0) = 32;
+    *samples.pixel(3, 1) = 64;
+    frame.planes["samples"] = std::move(samples);
+    const ByteImage picture = picture_of_plane(frame, "samples", display);
+    EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
+    EXPECT_NEAR(brightness(picture.pixel(1, 0)), 127.5, 0.6);
+    EXPECT_EQ(brightness(picture.pixel(2, 0)), 0) << "each pixel its own number";
+    EXPECT_EQ(brightness(picture.pixel(3, 1)), 255);
+}
+
+TEST_F(FalseColour, LightIsExposedAsTheFrameIs) {
+    frame.info.exposure = 4;
+    frame.planes["raw"] = FloatImage(4, 2, 3, 0.05f);
+    frame.planes["albedo"] = FloatImage(4, 2, 3, 0.05f);
+    const int exposed = brightness(picture_of_plane(frame, "raw", display).pixel(0, 0));
+    EXPECT_GT(exposed, brightness(picture_of_plane(frame, "albedo", display).pixel(0, 0)) + 30);
+}
+
 TEST_F(FalseColour, WhatMirrorsShowLooksLikeDepthAndMotion) {
     frame.planes["virtual_depth"] = frame.planes["depth"];
     frame.planes["virtual_forward"] = frame.planes["backward"];
