@@ -106,16 +106,23 @@ void DisplayLoop::grant_wishes() {
 
 void DisplayLoop::grant(const FaceWish& wish) {
     std::visit(Overloaded{[&](Action action) { inputs_.pressed.push_back(action); },
-                          [&](const SettingWish& chosen) {
-                              if (presenter_ != nullptr)
-                                  presenter_->choose(*chosen.setting, chosen.value);
-                          },
+                          [&](const SettingWish& chosen) { choose(chosen); },
                           [&](const SeekWish& sought) {
                               if (presenter_ != nullptr)
                                   presenter_->seek(sought.time_s);
                           },
                           [&](const OpenWish& wanted) { open_other(wanted.source); }},
                wish);
+}
+
+/// Without a picture it is for the one that comes.
+void DisplayLoop::choose(const SettingWish& chosen) {
+    if (presenter_ != nullptr)
+        return presenter_->choose(*chosen.setting, chosen.value);
+    const ShownSettings before = shown_;
+    chosen.setting->set(shown_, chosen.value);
+    kept_.keep_changes(before, shown_);
+    box_.ask_to_keep(kept_);
 }
 
 // Sources.

@@ -40,6 +40,7 @@ private:
     void take_inputs();
     void grant(const FaceWish& wish);
     void grant_wishes();
+    void choose(const SettingWish& chosen);
     void act_without_picture();
     void draw_without_picture();
     void keep_changes();

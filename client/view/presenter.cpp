@@ -64,6 +64,7 @@ void Presenter::go_on_from(Presenter& before) {
         playback_.play();
     if (!playback_.is_live()) {
         seek(before.wanted_s());
+        resumes_ = true;
     } else if (truth_ == nullptr) {  // frames are on their way that were rendered for the head as it is now
         followed_ = before.followed_;
         if (report_.frames > 0)
@@ -102,10 +103,12 @@ bool Presenter::refresh_window() {
     }
     times_.start(shown_.times);
     const bool is_new = advance(now_s_);
+    if (is_resuming())
+        return false;
     lead();
     seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
     extrapolation_s_ = wanted_extrapolation_s(latency_.seconds());
-    recorder_->add_head(playback_.time_s(), head());
+    record_head();
     content_ = make_content();
     Drawn now{seen_head_, extrapolation_s_, face_.is_awake(), content_};
     if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_->records_view() && drawn_ && *drawn_ == now)
@@ -209,6 +212,12 @@ bool Presenter::advance(double now_s) {
     return is_new;
 }
 
+/// Until what it goes on from is there, what was shown before stays on the display.
+bool Presenter::is_resuming() {
+    resumes_ = resumes_ && seeking_s_;
+    return resumes_;
+}
+
 void Presenter::make_hdr_display() {
     const auto display = settings_.hdr_display ? settings_.hdr_display : std::make_shared<const HdrDisplay>();
     pq_display_ = std::make_shared<gl::PqDisplay>(*display);
@@ -226,7 +235,9 @@ void Presenter::show(SharedFrame frame) {
 void Presenter::end() {
     if (!loader_.truncation().empty())
         tell(loader_.truncation());
-    if (shown_.loop && !playback_.is_paused() && playback_.can_jump())
+    // A picture that is alone is on show already. After a jump past the end none is.
+    const bool is_alone = playback_.shown_s() == loader_.first().time_s;
+    if (shown_.loop && !is_alone && !playback_.is_paused() && playback_.can_jump())
         playback_.seek(loader_.first().time_s);
     else
         playback_.pause();

@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,7 @@ public:
     void choose(const ShownSetting& setting, const std::string& value);
     void seek(double time_s);
     /// As before the source was opened anew: seen from the same place, as wide, at the same time; what is recorded goes
-    /// on.
+    /// on. Of a recorded source nothing is drawn until the frame of that time is there.
     void go_on_from(Presenter& before);
     /// A line at the bottom for a while.
     void tell(std::string message);
@@ -102,7 +103,9 @@ private:
     void rest(bool drew, double longest_s);
     void steer(double now_s);
     bool advance(double now_s);
+    bool is_resuming();
     void lead();
+    void record_head();
     double wanted_extrapolation_s(double until_seen_s) const;
     gl::RefreshOptions refresh_options() const;
     void end();
@@ -116,6 +119,9 @@ private:
     bool find_truth();
     void put_truth_beside();
     void draw_eyes(gl::Size window, bool splits);
+    void render(std::span<const EyeView> eyes, bool splits);
+    void render_or_turn(std::span<const EyeView> eyes, bool splits);
+    bool draws_by_depth() const { return shown_.by_depth && depth_problem_.empty(); }
     const ReceivedFrame& frame() const { return renderer_->frame(); }
     Pose head() const;           ///< in the world, where it is now
     Pose foretold_head() const;  ///< in the world, where it is foretold to be
@@ -153,10 +159,12 @@ private:
     // A mouse that is dragged would else keep every one of them from being shown.
     std::optional<double> seeking_s_;
     std::optional<Jump> next_jump_;
+    bool resumes_ = false;                       ///< what it goes on from is not there yet, and nothing is drawn
     std::shared_ptr<gl::PqDisplay> pq_display_;  ///< of HDR frames; null: there are none
     std::unique_ptr<gl::EyeRenderer> renderer_;
     gl::Display display_;
     gl::EyeTargets targets_, other_targets_;
+    std::string depth_problem_;  ///< why eyes cannot be drawn by depth, as far as was tried; empty: they can
     std::unique_ptr<Recorder> recorder_;
     gl::StageTimes times_;
     Steering steering_;  ///< as it was told last

@@ -83,6 +83,9 @@ void Presenter::change_to(const ShownSettings& wanted) {
         renderer->show(renderer_->shared_frame(), times_);
         renderer_ = std::move(renderer);
     }
+    if (wanted.by_depth != shown_.by_depth || wanted.by_geometry != shown_.by_geometry ||
+        wanted.engine != shown_.engine)
+        depth_problem_.clear();
     if (pq_display_ && wanted.exposure_stops != shown_.exposure_stops)
         renderer_->set_exposure(wanted.exposure_stops);
     shown_ = wanted;
@@ -170,9 +173,9 @@ std::string Presenter::lateness() const {
 }
 
 std::string Presenter::engine_in_use() const {
-    return !shown_.by_depth || !renderer_->has_depth() ? "rotation"
-           : renderer_->has_geometry()                 ? "eye-depth"
-                                                       : shown_.engine;
+    return !draws_by_depth() || !renderer_->has_depth() ? "rotation"
+           : renderer_->has_geometry()                  ? "eye-depth"
+                                                        : shown_.engine;
 }
 
 /// Beside the time.
@@ -209,6 +212,8 @@ std::string Presenter::warning() const {
         return is_ods(frame().main.info.camera) ? "omnidirectional stereo: rotation only, no parallax"
                : frame().right                  ? "ordinary stereo video: rotation only, no parallax"
                                                 : "ordinary video: rotation only";
+    if (shown_.by_depth && !depth_problem_.empty())
+        return depth_problem_ + ": rotation only, no parallax";
     if (shown_.by_depth && !renderer_->has_depth())
         return "no depth (--scene, --model or a depth track): rotation only, no parallax";
     return {};

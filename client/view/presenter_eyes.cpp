@@ -1,6 +1,7 @@
 /// What eyes see: from where they look, by what, and how that comes into the window.
 #include "presenter.h"
 
+#include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <client/compare/picture_metrics.h>
@@ -14,7 +15,7 @@ namespace equistream {
 double Presenter::wanted_extrapolation_s(double until_seen_s) const {
     // The truth is of the frames' own times.
     const bool is_extrapolated =
-        settings_.extrapolation_limit_s > 0 && truth_ == nullptr && shown_.by_depth && renderer_->can_extrapolate();
+        settings_.extrapolation_limit_s > 0 && truth_ == nullptr && draws_by_depth() && renderer_->can_extrapolate();
     return is_extrapolated ? playback_.extrapolation_s(settings_.extrapolation_limit_s, until_seen_s) : 0;
 }
 
@@ -24,6 +25,11 @@ Pose Presenter::head() const {
 
 Pose Presenter::foretold_head() const {
     return composed(followed_.around(), seen_head_);
+}
+
+/// At the time of what is seen: after a jump that is the frame before, until the sought one comes.
+void Presenter::record_head() {
+    recorder_->add_head(playback_.shown_s() ? playback_.time_s() : frame().main.info.time_s, head());
 }
 
 double Presenter::ipd_m() const {
@@ -47,7 +53,7 @@ double Presenter::beyond_head_box() const {
 }
 
 gl::RefreshOptions Presenter::refresh_options() const {
-    return {.surface = shown_.by_depth,
+    return {.surface = draws_by_depth(),
             .fill = shown_.fill,
             .reliability = shown_.overlay == gl::Overlay::reliability,
             .motion = shown_.overlay == gl::Overlay::motion,
@@ -68,12 +74,30 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
     }
     eyes_ = eyes;
     poses_.look_through(camera);
+    render_or_turn({eyes.data(), std::size_t(count)}, splits);
+}
+
+/// What these eyes see; where it `splits`, also by what is not chosen.
+void Presenter::render(std::span<const EyeView> eyes, bool splits) {
     renderer_->extrapolate(extrapolation_s_);
-    renderer_->look({eyes.data(), std::size_t(count)}, shown_.by_depth || splits, times_);
+    renderer_->look(eyes, draws_by_depth() || splits, times_);
     renderer_->draw(refresh_options(), targets_, times_);
     if (splits)
-        renderer_->draw({.surface = !shown_.by_depth, .fill = shown_.fill, .mirrors = shown_.mirrors}, other_targets_,
+        renderer_->draw({.surface = !draws_by_depth(), .fill = shown_.fill, .mirrors = shown_.mirrors}, other_targets_,
                         times_);
+}
+
+/// What cannot be drawn by depth is turned, until another method is chosen.
+void Presenter::render_or_turn(std::span<const EyeView> eyes, bool splits) {
+    try {
+        render(eyes, splits);
+    } catch (const WorkError& error) {
+        if (!draws_by_depth() && !splits)
+            throw;
+        depth_problem_ = error.what();
+        tell(depth_problem_);
+        render(eyes, false);
+    }
 }
 
 /// Whether something else is shown right of the line: the truth, or what is not chosen.
@@ -82,7 +106,7 @@ bool Presenter::is_split() const {
 }
 
 bool Presenter::shows_other() const {
-    return split_ < 1 && truth_ == nullptr && renderer_->has_depth();
+    return split_ < 1 && truth_ == nullptr && renderer_->has_depth() && depth_problem_.empty();
 }
 
 void Presenter::look(gl::Size window) {
@@ -151,6 +175,12 @@ void Presenter::refresh_headset() {
         rest(refresh_window(), headset_idle_s);
         return;
     }
+    if (resumes_)
+        advance(now_s_);
+    if (is_resuming()) {
+        rest(false, headset_idle_s);  // a runtime without a new frame goes on with the last one
+        return;
+    }
     const std::optional<HeadsetView> seen = headset_->begin_frame();
     is_worn_ = seen.has_value();
     now_s_ = loader_.now_s();
@@ -172,7 +202,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
     const Pose middle = composed(followed_.around(), motion_.head());
     seen_head_ = composed(motion_.head(), seen.head);
     lead();
-    recorder_->add_head(playback_.time_s(), head());
+    record_head();
     std::array<EyeView, 2> eyes;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
         eyes[i] = {seen.view.camera, composed(middle, seen.eyes[i])};
@@ -182,9 +212,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
     latency_.measured(seen.until_seen_s);
     extrapolation_s_ = wanted_extrapolation_s(seen.until_seen_s);
     eyes_.reset();  // of the window
-    renderer_->extrapolate(extrapolation_s_);
-    renderer_->look(eyes, shown_.by_depth, times_);
-    renderer_->draw(refresh_options(), targets_, times_);
+    render_or_turn(eyes, false);
     glBindFramebuffer(GL_FRAMEBUFFER, headset_->framebuffer());
     display_.draw(
         {.eyes = &targets_,

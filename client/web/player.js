@@ -25,6 +25,7 @@ export class Player {
         this.shown = null;   // nothing for a moment after a jump
         this.left = [];      // frames that were on show
         this.time = 0;       // of the time line, seconds from the first frame
+        this.sought = null;  // on it: where to jump next, once a frame of the last jump is on show
         this.plays = true;
         this.loops = true;
         this.passed = 0;     // frames that went without having been shown
@@ -154,6 +155,8 @@ export class Player {
 
     advanceRecording(seconds) {
         const {recording} = this;
+        if (this.sought !== null && (this.shown || recording.isStarved))
+            this.seekOn();
         recording.feed(() => this.ready.length).catch(this.onProblem);
         if (!this.shown && this.ready.length > 0) {
             this.take();
@@ -189,8 +192,10 @@ export class Player {
     /// From where it was to go on to its end there is no frame.
     beginAgain() {
         const {recording} = this;
-        if (recording.from > recording.frames[0] || (this.hasCome && this.emptyLaps++ < mostEmptyLaps))
-            this.seek(0);
+        if (this.sought !== null)
+            this.jump(this.sought);
+        else if (recording.from > recording.frames[0] || (this.hasCome && this.emptyLaps++ < mostEmptyLaps))
+            this.jump(0);
         else
             this.nothingCame();
     }
@@ -251,14 +256,32 @@ export class Player {
         this.left = this.left.filter(each => kept.includes(each));
     }
 
-    /// Of a recording: to the frame at this time of the line.
+    /// Of a recording: to the frame at this time of the line. A jump waits for the frame of the one before it: a thumb
+    /// that is dragged would else keep every one of them from being shown.
     seek(time) {
         const {recording} = this;
         if (!recording || recording.times.size === 0)
             return;
-        const wanted = recording.start + Math.min(Math.max(time, 0), this.length);
-        recording.rewind(recording.frameAt(wanted));
-        this.time = wanted - recording.start;
+        const wanted = Math.min(Math.max(time, 0), this.length);
+        if (this.shown)
+            this.jump(wanted);
+        else
+            this.sought = this.time = wanted;
+    }
+
+    /// To where it was to go meanwhile, unless that is the frame of the last jump.
+    seekOn() {
+        const {recording, sought} = this;
+        this.sought = null;
+        if (recording.frameAt(recording.start + sought) !== recording.from)
+            this.jump(sought);
+    }
+
+    jump(time) {
+        const {recording} = this;
+        this.sought = null;
+        recording.rewind(recording.frameAt(recording.start + time));
+        this.time = time;
         this.rewound();
     }
 
@@ -277,6 +300,7 @@ export class Player {
         if (this.shown?.index === index)
             return this.shown;
         this.plays = false;
+        this.sought = null;
         this.recording.rewind(index);
         this.rewound();
         while (this.shown?.index !== index) {

@@ -68,6 +68,11 @@ export class Recording {
         return Math.max(span, 0) + 1 / framesPerSecond;
     }
 
+    /// Whether the next frame may wait for bytes that have not come.
+    get isStarved() {
+        return !this.isComplete && [...this.packets.keys()].some(role => !this.peek(role));
+    }
+
     get start() {
         return this.times.get(this.frames[0]) ?? 0;
     }

@@ -50,6 +50,12 @@ class Face(Viewing):
     def panel_of(self, viewer):
         return self.report_of(viewer)["panel"]
 
+    def choose_rotation(self, viewer):
+        left, top = self.corner_of_menu(viewer, 115, 9)  # "Picture", whose first line is "Method"
+        self.display.tool("mousemove", left + 40, top + 12)
+        time.sleep(1)
+        self.click(left + 200, top + 14)  # "rotation", the first of the menu beside it
+
     def test_a_menu_chooses_the_method(self):
         viewer = self.view("--scene", self.scene, "--json", size="{}x{}".format(*BIG))
         self.display.tool("mousemove", 320, 240)
@@ -58,12 +64,29 @@ class Face(Viewing):
         time.sleep(1)
         self.display.tool("keyup", "d")
         depth = viewer.resting_picture()
-        left, top = self.corner_of_menu(viewer, 115, 9)  # "Picture", whose first line is "Method"
-        self.display.tool("mousemove", left + 40, top + 12)
-        time.sleep(1)
-        self.click(left + 200, top + 14)  # "rotation", the first of the menu beside it
+        self.choose_rotation(viewer)
         wait_for(lambda: psnr(viewer.picture(), depth) < 40, "a picture by rotation alone")
         self.assertEqual(self.panel_of(viewer)["method"]["in use"], "rotation")
+
+    def test_more_tracks_are_read_from_the_frame_that_is_shown(self):
+        words = ("--json", "--mirrors", "surface", "--fill", "pushpull", "--overlay")
+        viewer = self.big(*words, "reliability")
+        start = viewer.picture()
+        viewer.close()  # and with it the keyboard
+        viewer = self.big(*words, "gaps")
+        for _ in range(3):
+            before = viewer.picture()
+            viewer.press("period")
+            wait_for(lambda: psnr(viewer.picture(), before) < 60, "the next frame")
+        viewer.press("r", "o")  # the overlay of confidence takes reflections' tracks
+        time.sleep(3)
+        viewer.press("r")
+        self.assertLess(psnr(viewer.picture(), start), 60)
+        recorded = sorted((self.out / "recording.0001").iterdir())
+        self.assertGreater(len(recorded), 2)
+        for file in recorded:
+            self.assertLess(psnr(np.asarray(Image.open(file).convert("RGB")).astype(float), start), 60, file.name)
+        self.assertEqual(self.report_of(viewer)["frames"], 2)  # of what was opened anew: the first, and the one that was sought
 
     def test_a_click_on_the_timeline_seeks(self):
         viewer = self.big("--json", "--loop", "off")
@@ -207,6 +230,17 @@ class Face(Viewing):
         self.type_source(viewer, self.stream)
         wait_for(lambda: self.out.exists() and viewer.screen()[60:200, : BIG[0]].std() > 10, "the stream")
         self.assertEqual(self.panel_of(viewer)["source"]["kind"], "Matroska / WebM")
+
+    def test_what_is_chosen_without_a_source_is_for_the_one_that_comes(self):
+        config = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+        viewer = self.by_geometry("--json", source="", size="{}x{}".format(*BIG), config=config)
+        self.choose_rotation(viewer)
+        file = config / "equistream" / "view.json"
+        wait_for(file.exists, "the file of settings")
+        self.assertEqual(json.loads(file.read_text())["settings"]["method"], "rotation")
+        self.type_source(viewer, self.stream)
+        wait_for(lambda: viewer.screen()[60:200, : BIG[0]].std() > 10, "the stream")
+        self.assertEqual(self.panel_of(viewer)["method"]["in use"], "rotation")
 
     def test_what_was_chosen_is_there_again(self):
         config = pathlib.Path(tempfile.mkdtemp(dir=self.root))

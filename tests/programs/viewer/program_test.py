@@ -29,6 +29,24 @@ class Program(Viewing):
         PROGRAMS.run("play", self.stream, "--scene", self.scene, "--head", path, "--size", "64x48", "--frames", "0", "--progress", "none", "--out",
                      self.out / "eyes")
 
+    def test_a_recorded_path_jumps_as_the_picture_does(self):
+        viewer = self.view("--method", "rotation")
+        first = viewer.picture()
+        paths = []
+        for key, presses in (("period", 3), ("shift+Right", 1)):
+            viewer.press("shift+r")
+            for _ in range(presses):
+                before = viewer.picture()
+                viewer.press(key)
+                wait_for(lambda: (viewer.picture() != before).any(), f"another frame after {key}")
+            viewer.press("shift+r", "Home")
+            wait_for(lambda: (viewer.picture() == first).all(), "the first frame")
+            paths.append(np.loadtxt(self.out / f"head.{len(paths) + 1:04}.csv", delimiter=",", skiprows=1))
+        stepped, jumped = paths
+        np.testing.assert_allclose(stepped[:, 0], [0, 0.2, 0.4, 0.6], atol=1e-3)
+        self.assertGreater(np.abs(stepped[3, 1:4] - stepped[0, 1:4]).max(), 0.01)
+        np.testing.assert_allclose(jumped, stepped[[0, 3]], atol=1e-3)
+
     def test_resizing_and_hiding(self):
         viewer = self.by_geometry()
         viewer.picture()

@@ -87,6 +87,26 @@ class Unshown(unittest.TestCase):
         self.addCleanup(viewer.close)
         self.assertGreater(viewer.picture().std(), 5)
 
+    def test_spheres_that_are_too_wide_for_a_method_are_turned(self):
+        wide, config = self.root / "wide", pathlib.Path(tempfile.mkdtemp(dir=self.root))
+        PROGRAMS.run("render", self.scene, "--frames", "0", "--size", "16384x182", "--range", "360,4", "--spp", 1, "--aovs", "depth", "--out", wide)
+        seen = []
+        for words, kept in ((["--json"], config), (["--method", "rotation"], None)):
+            out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+            viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", out, wide, "--paused", "--size", SIZE, *words, config=kept)
+            self.addCleanup(viewer.close)
+            seen.append(viewer.picture())
+            viewer.press("x")  # which shows the other method beside it, where there is one
+            seen.append(viewer.picture())
+            viewer.press("Escape")
+            self.assertEqual(viewer.end(), (0, ""))
+            if kept:
+                self.assertEqual(json.loads(viewer.printed)["panel"]["method"]["in use"], "rotation")
+        for other in seen[1:]:
+            self.assertTrue((other == seen[0]).all())
+        self.assertGreater(seen[0].std(), 5)
+        self.assertEqual(json.loads((config / "equistream" / "view.json").read_text())["settings"], {})  # the choice stays as it was
+
     def truth(self):
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.root))
         PROGRAMS.run("render", self.scene, "--camera", "perspective", "--eye", "both", "--frames", "0-2", "--fps", 5, "--size", SIZE, "--spp", 4, "--aovs", "none",

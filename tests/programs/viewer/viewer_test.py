@@ -87,6 +87,14 @@ class Viewer(Viewing):
         self.assertGreater(report["frames"], 0)
         self.assertLessEqual(report["refreshes"], report["frames"] + 6)
 
+    def test_a_picture_alone_is_read_once(self):
+        folder = self.root / "alone"
+        PROGRAMS.run("render", self.scene, "--frames", "0", "--fps", 5, "--size", "128x64", "--spp", 1, "--aovs", "none", "--out", folder)
+        viewer = self.view("--json", "--method", "rotation", source=folder, paused=False)
+        viewer.picture()
+        time.sleep(2)  # ten times as long as it is shown
+        self.assertEqual(self.report_of(viewer)["frames"], 1)
+
     def moving_stream(self, depth="none"):
         """The bundled scene whose bodies move by themselves, at three frames a second, and its head turned to them."""
         folder, stream = self.root / "moving_frames", self.root / f"moving_{depth}.mkv"

@@ -217,6 +217,47 @@ class Inputs(Web):
         self.press(".")  # keys are the page's again
         self.wait_for_frame(2)
 
+    def wait_for_rest(self, index):
+        """Nothing else is sought."""
+        self.browser.wait_for(f"equistream.player.sought === null && equistream.player.shown?.index === {index} && "
+                              "equistream.shownFrame.frame === equistream.player.shown")
+
+    def test_pictures_are_shown_while_the_time_line_is_dragged(self):
+        """By a mouse that moves before each refresh."""
+        self.open_still()
+        self.browser.evaluate("""(() => {
+            const {player} = equistream, {advance} = player, line = document.getElementById("time");
+            globalThis.seen = new Set();
+            player.advance = function (seconds) {
+                line.value = Math.random() * player.length;
+                line.dispatchEvent(new Event("input"));
+                seen.add(equistream.shownFrame.frame.index);
+                return advance.call(this, seconds);
+            };
+        })()""")
+        self.browser.wait_for(f"seen.size === {FRAMES}")
+        self.browser.evaluate("delete equistream.player.advance")
+        self.browser.evaluate("for (const index of [3, 0, 2])"
+                              f"equistream.player.seek((index + 0.5) / {FRAMES} * equistream.player.length)")
+        self.wait_for_rest(2)
+
+    def test_a_jump_that_leads_to_nothing_holds_up_no_other(self):
+        """Neither where pictures cannot be decoded, nor where they have not come."""
+        for is_complete in ("true", "false"):
+            with self.subTest(is_complete=is_complete):
+                self.open_still()
+                self.browser.evaluate(f"""(() => {{
+                    const {{player}} = equistream, {{came}} = player;
+                    player.recording.isComplete = {is_complete};
+                    player.came = frame => player.sought === null ? came.call(player, frame)
+                                                                  : player.maker.forget(frame);
+                    player.seek(0);
+                    player.seek(2.5 / {FRAMES} * player.length);
+                }})()""")
+                self.browser.wait_for("equistream.player.sought === null")
+                self.browser.evaluate("equistream.player.recording.isComplete = true")
+                self.wait_for_rest(2)
+
     def test_a_file_that_is_dropped_is_opened(self):
         self.open("")
         for file, has_depth in ((self.pece420(), True), (self.encode("turned.mp4", "--depth", "none"), False)):
