@@ -76,6 +76,17 @@ void ViewingSimulation::require_next_time(const ServedFrame& frame) const {
                                         formatted("%.17g s after %.17g s", frame.frame_time_s, last_sent_s_)));
 }
 
+/// Every refresh until then would be shown. Where the frame is lost, the next one is waited for.
+void ViewingSimulation::require_near_arrival(const ServedFrame& frame, const std::optional<double>& arrival_s) const {
+    const double due_s = arrival_s ? *arrival_s : network_.earliest_arrival_s(frame.frame_time_s);
+    if (!(std::abs(due_s - frame.frame_time_s) <= longest_step_s))
+        throw InputError(
+            expected_found(formatted("--network: frame %lld", static_cast<long long>(frame.number)),
+                           std::string(arrival_s ? "an arrival" : "the next arrival, as it is lost itself,") +
+                               " within a day of its time of " + in_words(frame.frame_time_s) + " s",
+                           in_words(due_s) + " s"));
+}
+
 void ViewingSimulation::send(const ServedFrame& frame, Payload payload) {
     require_next_time(frame);
     if (sent_ == 0) {
@@ -84,7 +95,9 @@ void ViewingSimulation::send(const ServedFrame& frame, Payload payload) {
     }
     ++sent_;
     last_sent_s_ = frame.frame_time_s;
-    if (const std::optional<double> arrival_s = network_.send(frame.frame_time_s, frame.bytes))
+    const std::optional<double> arrival_s = network_.send(frame.frame_time_s, frame.bytes);
+    require_near_arrival(frame, arrival_s);
+    if (arrival_s)
         under_way_.push_back({{frame.number, frame.frame_time_s, frame.head, *arrival_s}, std::move(payload)});
     else
         ++lost_;

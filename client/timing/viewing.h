@@ -112,7 +112,7 @@ public:
     /// Whether a frame that was not sent yet might be there for the next refresh.
     bool needs_frame() const;
     /// In the order of their times. Throws InputError for a time before the last one, more than a day after it, or
-    /// beyond 1e10 s.
+    /// beyond 1e10 s. So too where it arrives more than a day off its time, or, being lost, the next one does.
     void send(const ServedFrame& frame, Payload payload);
     /// There are no more.
     void end() { ended_ = true; }
@@ -135,6 +135,7 @@ private:
     /// When the next refresh is made.
     double next_made_s() const { return display_s() - options_.photon_s; }
     void require_next_time(const ServedFrame& frame) const;
+    void require_near_arrival(const ServedFrame& frame, const std::optional<double>& arrival_s) const;
     void deliver_until(double time_s);
     ViewedRefresh begin_refresh();
     void show(const MediaTime& time, ViewedRefresh& refresh);

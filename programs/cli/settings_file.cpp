@@ -61,6 +61,11 @@ const CLI::App* subcommand(const CLI::App& app, const std::string& name) {
     return subs.empty() ? nullptr : subs.front();
 }
 
+/// Whether the command line gives another option in its place. What the file gives is not counted yet.
+bool is_replaced(const CLI::Option& option) {
+    return std::ranges::any_of(option.get_excludes(), [](const CLI::Option* other) { return other->count() > 0; });
+}
+
 std::vector<std::string> accepted_names(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options())
@@ -93,8 +98,11 @@ public:
                 item.parents.clear();
             if (is_mark(item) && section == own)
                 continue;
-            if (const CLI::Option* option = known(item, name, text))
+            if (const CLI::Option* option = known(item, name, text)) {
+                if (is_replaced(*option))
+                    continue;
                 keep_place(*option, item, lines_of(text, name));
+            }
             // What is said for a command alone wins.
             if (section == own)
                 std::erase_if(accepted, [&](const CLI::ConfigItem& other) {

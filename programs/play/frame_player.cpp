@@ -185,13 +185,22 @@ std::array<double, 2> FramePlayer::decoding_ms(const ReceivedFrame& frame) const
     return ms;
 }
 
+/// Eyes of a frame whose depth is lost turn in it and do not move, as in ordinary video. Geometry replaces any depth.
+void FramePlayer::choose_ways_of(const ReceivedFrame& frame) {
+    const bool lacks = plan_.depth != "none" && !scene_ && frame.main.depth_m.empty();
+    if (std::exchange(lacks_depth_, lacks) != lacks)
+        pipeline_.use(ways());
+}
+
 void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh) {
+    choose_ways_of(frame);
     set_eyes(frame, played, refresh);
     FrameFigures& figures = played.figures;
     figures = {};
     figures.index = played.left.info.index;
     figures.time_s = played.left.info.time_s;
     figures.has_small = frame.small.has_value();
+    figures.lacks_depth = lacks_depth_;
     figures.outside_head_box = frame.posed && (leaves_head_box(played.left.pose, frame.main.info) ||
                                                leaves_head_box(played.right.pose, frame.main.info));
     if (refresh != nullptr)

@@ -98,6 +98,7 @@ public:
         report_.truncation = feed_->truncation();
         note_head_box();
         note_missing();
+        note_lost_depth();
         note_hdr();
         note_patches();
         note_window();
@@ -139,9 +140,12 @@ private:
     void stop_if_interrupted() {
         if (!cli::interrupted())
             return;
-        report_.truncation = "interrupted: " + std::to_string(report_.played) +
-                             (report_.settings.refresh_hz ? " refreshes" : " frames") + " played and kept";
+        report_.truncation = "interrupted: " + all_played() + " played and kept";
         throw WorkError(report_.truncation + "; to start over, add --overwrite to the same command");
+    }
+
+    std::string all_played() const {
+        return std::to_string(report_.played) + (report_.settings.refresh_hz ? " refreshes" : " frames");
     }
 
     void count_missing(std::int64_t index) {
@@ -193,6 +197,7 @@ private:
         PlayedFrame played;
         std::shared_ptr<ReceivedFrame> shown;
         for (;;) {
+            stop_if_interrupted();  // through a stall nothing is read
             while (viewing_->needs_frame())
                 send_next();
             const std::optional<ViewedRefresh> refresh = viewing_->next();
@@ -239,9 +244,8 @@ private:
 
     void note_head_box() {
         if (report_.outside_head_box > 0)
-            report_.notes.push_back("in " + std::to_string(report_.outside_head_box) + " of " +
-                                    std::to_string(report_.played) + " frames an eye is outside the head box that " +
-                                    report_.settings.source +
+            report_.notes.push_back("in " + std::to_string(report_.outside_head_box) + " of " + all_played() +
+                                    " an eye is outside the head box that " + report_.settings.source +
                                     " was rendered for: parallax there is beyond its error bound");
     }
 
@@ -249,6 +253,13 @@ private:
         if (missing_ > 0)
             report_.notes.push_back(report_.settings.source + ": frames missing in between: " +
                                     std::to_string(missing_) + ", the first is " + std::to_string(*first_missing_));
+    }
+
+    void note_lost_depth() {
+        if (report_.lacking_depth > 0)
+            report_.notes.push_back("in " + std::to_string(report_.lacking_depth) + " of " + all_played() +
+                                    " the depth of " + report_.settings.source +
+                                    " is missing: method rotation there (the eye only turns)");
     }
 
     void note_hdr() {

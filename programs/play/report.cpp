@@ -179,6 +179,7 @@ Json begun_report_json(const Settings& settings) {
 void Report::add(FrameFigures&& frame) {
     ++played;
     outside_head_box += frame.outside_head_box;
+    lacking_depth += frame.lacks_depth;
     if (frames.size() == kept_frames)
         frames.pop_front();
     frames.push_back(std::move(frame));

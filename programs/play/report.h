@@ -32,6 +32,7 @@ struct FrameFigures {
     double time_s = 0;
     bool has_small = false;
     bool outside_head_box = false;  ///< an eye left the ball that the source was rendered for (bound.h)
+    bool lacks_depth = false;       ///< its depth is lost, so that eyes only turned
     StageTimes milliseconds;
     double extrapolation_s = 0;                           ///< of what moves, where it was extrapolated
     std::int64_t moved_pixels = 0, uncovered_pixels = 0;  ///< of the source then
@@ -59,6 +60,7 @@ struct Report {
     std::deque<FrameFigures> frames;          ///< by `add`: the latest; with refreshes, those that are not blank
     std::int64_t played = 0;                  ///< frames (or refreshes) in all
     std::int64_t outside_head_box = 0;        ///< of all that were played
+    std::int64_t lacking_depth = 0;           ///< the same
     std::optional<Viewing> viewing;           ///< where there are refreshes
     std::optional<SteeringFigures> steering;  ///< where heads were sent
     std::vector<FeedTrack> tracks;

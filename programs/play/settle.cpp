@@ -46,9 +46,11 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
         pipeline_.offer_planes();
     gives_depth_ = gives_depth_ || offers_planes;
     const TrackRoles came = roles_of(first) | (second != nullptr ? roles_of(*second) : TrackRoles{});
-    const ReceivedFrame& timed = second != nullptr ? *second : first;
+    // A frame whose depth is lost is only turned, which takes less time than others do.
+    const bool times_second = second != nullptr && !(offers_planes && second->main.depth_m.empty());
+    const ReceivedFrame& timed = times_second ? *second : first;
     const int repeat = std::exchange(settings_.repeat, 3);
-    const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
+    const auto try_plan = [&](const Plan& plan) { return measure(plan, times_second ? &first : nullptr, timed); };
     const std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
                                                        .cast = is_drawn(settings_.depth) ? settings_.depth : "ray",
                                                        .streamed_depth = pipeline_.hands_out_planes(),
@@ -107,7 +109,7 @@ std::vector<std::string> FramePlayer::idle_passes(TrackRoles came) const {
 }
 
 void FramePlayer::rechoose(const PlayedFrame& played, std::int64_t next, Report& report) {
-    if (!rechooser_ || played.times.empty())
+    if (!rechooser_ || played.times.empty() || lacks_depth_)
         return;
     const std::optional<Change> change = rechooser_->played(played.times.back(), next);
     if (!change)
@@ -130,13 +132,17 @@ void FramePlayer::begin_after(const ReceivedFrame* before) {
 
 void FramePlayer::use(const Plan& plan) {
     plan_ = plan;
-    pipeline_.use({.engine = plan.method,
-                   .by_depth = plan.depth != "none",
-                   .by_planes = settings_.method != "auto" || plan.depth == "stream",
-                   .fill = plan.fill,
-                   .mirrors = settings_.mirrors,
-                   .reliability = settings_.reliability,
-                   .gap_masks = !settings_.out_is_video});
+    pipeline_.use(ways());
+}
+
+PipelineWays FramePlayer::ways() const {
+    return {.engine = lacks_depth_ ? "rotation" : plan_.method,
+            .by_depth = plan_.depth != "none" && !lacks_depth_,
+            .by_planes = settings_.method != "auto" || plan_.depth == "stream",
+            .fill = plan_.fill,
+            .mirrors = settings_.mirrors,
+            .reliability = settings_.reliability,
+            .gap_masks = !settings_.out_is_video};
 }
 
 }  // namespace equistream::play

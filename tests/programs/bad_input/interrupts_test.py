@@ -98,6 +98,14 @@ class Interrupts(unittest.TestCase):
         finished = self.count(self.interrupted(*play, video), line)
         self.assertEqual(json.loads(done("info", video, "--json"))["tracks"][0]["pictures"], finished)
 
+    def test_play_through_a_stall(self):
+        """Nothing is read until it is over."""
+        head = self.out / "head.csv"
+        head.write_text("0,0,0,0,1,0,0,0\n")
+        play = ["play", self.frames, "--method", "rotation", "--size", "64x64", "--head", head, "--network", "stall=0.01:20", "--out"]
+        self.count(self.interrupted(*play, self.out / "views"),
+                   "equistream play: interrupted: (N) refreshes played and kept; to start over, add --overwrite to the same command")
+
     def test_model(self):
         model = self.out / "model.json"
         status, line = self.interrupted("model", self.scene, "--visibility-rays", 2**34, "--out", model)

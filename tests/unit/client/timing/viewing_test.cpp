@@ -268,6 +268,19 @@ TEST(Viewing, DamagedTimesAreRefused) {
     }
 }
 
+/// Every refresh until then would be shown. A trace on another clock has a line for none of the frames.
+TEST(Viewing, ArrivalsFarFromTheirFramesAreRefused) {
+    const std::vector<NetworkConditions> networks = {
+        {.bandwidth_bps = 1}, {.trace = {{0, 1.7e9}}}, {.trace = {{0, -1.7e9}}}, {.trace = {{1.7e9, 1.7e9}}}};
+    for (const NetworkConditions& network : networks) {
+        ViewingSimulation simulation(network, {}, steady_head);
+        EXPECT_THROW(simulation.send(served(1, steady_head)[0], nullptr), InputError)
+            << network.bandwidth_bps << " bits/s, " << network.trace.size() << " arrivals";
+    }
+    EXPECT_EQ(simulate_viewing(served(2, steady_head), steady_head, {.trace = {{0, 0.05}}}).report.frames_lost, 1)
+        << "what follows the last arrival is lost at once";
+}
+
 TEST(Viewing, EpochSecondsAndFramesOfOneTimeAreShown) {
     const double began_s = 1.7e9;
     std::vector<ServedFrame> frames = served(3, steady_head);

@@ -233,6 +233,31 @@ TEST(Program, SaysWhereASettingWasRead) {
                           ": expected a file of settings, found a folder" + help);
 }
 
+TEST(Program, AnOptionReplacesInTheFileWhatItExcludes) {
+    const std::string file = testing::TempDir() + "excluded.ini";
+    std::string scene, model, errors;
+    const auto run_with = [&](const std::string& text, std::vector<std::string> words) {
+        scene = model = "";
+        std::ofstream(file) << text;
+        words.insert(words.begin(), {"p", "--settings", file});
+        return run(words, errors, [&](CommandLine& app) -> std::function<void()> {
+            const Option other = app.add_option("--scene", scene, "");
+            app.add_option("--model", model, "").excludes(other);
+            return [] {};
+        });
+    };
+    EXPECT_EQ(run_with("model = m\n", {"--scene", "s"}), exit_done) << errors;
+    EXPECT_EQ(scene + "," + model, "s,");
+    EXPECT_EQ(run_with("[test]\nscene = s\n", {"--model", "m"}), exit_done) << errors;
+    EXPECT_EQ(scene + "," + model, ",m");
+    EXPECT_EQ(run_with("model = m\nscene = s\n", {"--scene", "t"}), exit_done) << errors;
+    EXPECT_EQ(scene + "," + model, "t,");
+    EXPECT_EQ(run_with("model = m\n", {}), exit_done) << errors;
+    EXPECT_EQ(scene + "," + model, ",m");
+    EXPECT_EQ(run_with("model = m\nscene = s\n", {}), exit_usage);
+    EXPECT_EQ(run_with("", {"--scene", "s", "--model", "m"}), exit_usage);
+}
+
 TEST(Program, RefusesInItsOwnWords) {
     std::string out, word, errors;
     double crf = 0;

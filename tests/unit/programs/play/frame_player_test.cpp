@@ -212,6 +212,33 @@ TEST_F(Eyes, VideosOfAStreamWithDepthAndMotionCanBeRead) {
     EXPECT_EQ(reader.truncation(), "");
 }
 
+/// It is only turned, which takes less time.
+TEST_F(Eyes, AFrameWhoseDepthIsLostSaysNothingOfHowLongOthersTake) {
+    Settings settings;
+    settings.source = "a stream of the test's own";
+    settings.method = "auto";
+    settings.budget_ms = 1e6;
+    settings.fill = "pushpull";
+    settings.size = cli::Size{96, 64};
+    FramePlayer player(settings);
+    Report report;
+    const ReceivedFrame first = streamed_frame(0), second = streamed_frame(1);
+    ReceivedFrame lost = streamed_frame(2);
+    lost.main.depth_m = {};
+    player.prepare(first, report);
+    player.settle(first, &second, report);
+    ASSERT_EQ(report.method, "mesh");
+    PlayedFrame played;
+    player.play(lost, played);
+    EXPECT_TRUE(played.figures.lacks_depth);
+    slow_down(player, played, report);
+    EXPECT_TRUE(report.changes.empty());
+    player.play(second, played);
+    EXPECT_FALSE(played.figures.lacks_depth);
+    slow_down(player, played, report);
+    EXPECT_FALSE(report.changes.empty());
+}
+
 }  // namespace
 }  // namespace play
 }  // namespace equistream

@@ -17,6 +17,7 @@ TEST(Report, LongPlaysKeepTheLatestFrames) {
         FrameFigures frame;
         frame.index = index;
         frame.outside_head_box = index < 3;
+        frame.lacks_depth = index < 2;
         frame.milliseconds[0] = {index < 100 ? 1000.0 : 1.0};
         report.add(std::move(frame));
     }
@@ -27,6 +28,7 @@ TEST(Report, LongPlaysKeepTheLatestFrames) {
     EXPECT_EQ(json["frames"].back()["index"], played - 1);
     EXPECT_EQ(json["milliseconds"].front()["p99"], 1.0);
     EXPECT_EQ(report.outside_head_box, 3);
+    EXPECT_EQ(report.lacking_depth, 2);
     EXPECT_NE(report.table().find("times and gaps: the latest 1000 frames only"), std::string::npos);
 }
 
