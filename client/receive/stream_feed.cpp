@@ -72,8 +72,12 @@ public:
         left_out_ |= asked_to_leave_out(options_);
         reader_.leave_out(left_out_);
         for (;;) {
-            while (!first_is_settled() && !ended_)
-                take(reader_.next());
+            while (!first_is_settled() && !ended_) {
+                if (waiting_.empty() && main_is_past())
+                    ended_ = true;
+                else
+                    take(reader_.next());
+            }
             if (waiting_.empty())
                 return std::nullopt;
             auto first = waiting_.extract(waiting_.begin());
@@ -124,10 +128,8 @@ public:
         last_given_ = frame - 1;
         foreign_.jump(time_s);
         ended_ = false;
-        for (Track& track : tracks_) {
+        for (Track& track : tracks_)
             track.last = -1;
-            track.is_past = false;
-        }
         return true;
     }
 
@@ -138,7 +140,6 @@ private:
         Origin origin = Origin::unknown;
         int without_data = 0;    // pictures, while the origin is unknown
         std::int64_t last = -1;  // pictures of a track come in order: an earlier one that is not here is lost
-        bool is_past = false;    // beyond the last frame asked for
         std::int64_t given_pictures = 0, given_bytes = 0;
 
         void judge_by(const DecodedPicture& picture) {
@@ -171,6 +172,12 @@ private:
         return true;
     }
 
+    /// Main's pictures come in order: no frame that was asked for follows.
+    bool main_is_past() const {
+        const auto main = std::ranges::find(tracks_, TrackRole::main, &Track::role);
+        return main != tracks_.end() && main->last > options_.last_frame;
+    }
+
     void learn_roles() {
         tracks_of_role_.fill(0);
         for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -181,11 +188,14 @@ private:
     bool is_tile(const Track& track) const {
         return may_be_tiled(track.role) && tracks_of_role_[std::size_t(track.role)] > 1;
     }
-    /// All tiles of a file do. A server sends those that are looked at, before the main picture that they go with.
+    /// All tiles of a file do. A server sends those that are looked at, before the main picture that they go with:
+    /// none is waited for where that is lost.
     bool tile_goes_with(std::size_t track, const DecodedFrame& frame) const {
         const auto& main = frame.picture(TrackRole::main);
-        if (!reader_.is_live() || !main || !main->time_s)
+        if (!reader_.is_live() || (main && !main->time_s))
             return true;
+        if (!main)
+            return false;
         const std::optional<double> newest_s = reader_.newest_s(track);
         return newest_s && *newest_s >= *main->time_s - container_rounding_s &&
                tracks_.front().last <= main->info->index;
@@ -255,15 +265,10 @@ private:
     /// `picture` has its info; beside it the right eye's, where it is the left one's.
     void keep(DecodedPicture picture, bool posed, std::optional<DecodedPicture> right = {}) {
         Track& track = tracks_[picture.track];
-        const std::int64_t index = picture.info->index;
+        const std::int64_t index = picture.info.value().index;
         if (!begun_ && track.role == TrackRole::main)
             begun_ = {index, picture.info->frames_per_second};
         track.last = std::max(track.last, index);
-        if (index > options_.last_frame) {
-            track.is_past = true;
-            ended_ = std::ranges::all_of(
-                tracks_, [&](const Track& t) { return t.is_past || (t.role != TrackRole::main && !is_expected(t)); });
-        }
         if (index < options_.first_frame || index > options_.last_frame || index <= last_given_)
             return;
         DecodedFrame& partial = waiting_[index];

@@ -312,6 +312,8 @@ void StreamWriter::State::end_track(WrittenTrack& track, bool whole) {
     if (settings.live) {
         ++track.held_info.index;
         track.held_info.time_s += 1 / settings.frames_per_second;
+        if (track.held && track.begins_group)
+            track.held->pict_type = AV_PICTURE_TYPE_I;
     }
     if (track.held && (whole || !settings.live))
         encode(track, std::move(track.held), track.held_info, whole ? track.pictures + 1 : 0);

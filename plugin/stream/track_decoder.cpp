@@ -215,8 +215,8 @@ void TrackDecoder::decode(const AVPacket& packet, bool suspect) {
 void TrackDecoder::drain() {
     send(nullptr);
     // If a track is not complete with a packet that may have been cut short, that packet's picture cannot be trusted:
-    // half a picture may well decode.
-    std::int64_t count = tally_.count, given = tally_.pictures;
+    // half a picture may well decode. What is missing among those that were given does not make it incomplete.
+    std::int64_t count = tally_.count, given = tally_.expected;
     bool jumped = jumping_;
     for (const Ready& ready : ready_) {
         if (!ready.tagged)
@@ -239,6 +239,8 @@ void TrackDecoder::jump() {
     busy_ms_ = 0;
     accepted_.ordinal = 0;
     begins_again_ = false;
+    tally_.pictures = tally_.missing = tally_.unreadable = 0;
+    tally_.expected = 0;
     jumping_ = tally_.jumped = true;
 }
 

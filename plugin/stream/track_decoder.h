@@ -11,7 +11,7 @@
 
 namespace equistream {
 
-/// What a track's pictures said of themselves, to tell a whole track from a cut one.
+/// What a track's pictures said of themselves, to tell a whole track from a cut one. Counts begin anew with a jump.
 struct TrackTally {
     TrackRole role = TrackRole::main;
     std::int64_t pictures = 0;    ///< delivered

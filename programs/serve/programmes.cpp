@@ -118,7 +118,7 @@ public:
     }
 
     void keep(const std::shared_ptr<const std::string>& bytes) {
-        if (bytes->empty() || overrun_)
+        if (overrun_)
             return;
         waiting_bytes_ += bytes->size();
         overrun_ = waiting_bytes_ > max_waiting_bytes;
@@ -212,6 +212,8 @@ void LiveStream::set_header(const std::string& header) {
 }
 
 void LiveStream::publish(const std::string& bytes, bool begins_group) {
+    if (bytes.empty())  // an encoder that failed has no end to give
+        return;
     const auto shared = std::make_shared<const std::string>(bytes);
     for (LiveFeed* feed : feeds_)
         feed->add(shared, begins_group);

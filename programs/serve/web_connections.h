@@ -46,6 +46,8 @@ using PlainStream = beast::basic_stream<tcp, net::any_io_executor, beast::simple
 using TlsStream = beast::ssl_stream<PlainStream>;
 
 inline constexpr std::size_t max_header_bytes = 8192;
+/// So much is sent to a browser at a time, and waited for.
+inline constexpr std::size_t piece_bytes = 1 << 14;
 /// Connections that have not become viewers, of all and of one address but for this machine's: more are closed at once.
 inline constexpr int max_asking = 64, max_asking_from_one = 16;
 
@@ -230,7 +232,7 @@ private:
     net::local::stream_protocol::socket server_;
     std::chrono::milliseconds patience_;
     net::steady_timer unread_{browser_.get_executor()}, look_{browser_.get_executor()};
-    std::array<char, 1 << 14> block_;
+    std::array<char, piece_bytes> block_;
     UnderWay under_way_;
     std::int64_t sent_ = 0;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -251,7 +253,7 @@ public:
           place_(asking, from), upgrade_(std::move(upgrade)) {}
 
     void begin() {
-        beast::get_lowest_layer(stream_).expires_after(std::chrono::milliseconds(int(1000 * settings_.patience_s)));
+        begin_waiting();
         if constexpr (is_encrypted)
             stream_.async_handshake(net::ssl::stream_base::server, [self = this->shared_from_this()](Error error) {
                 if (!error)
@@ -263,6 +265,11 @@ public:
 
 private:
     static constexpr bool is_encrypted = !std::is_same_v<Stream, PlainStream>;
+
+    /// Patience begins anew.
+    void begin_waiting() {
+        beast::get_lowest_layer(stream_).expires_after(std::chrono::milliseconds(int(1000 * settings_.patience_s)));
+    }
 
     void read() {
         parser_.emplace();
@@ -335,16 +342,32 @@ private:
         return response;
     }
 
+    using Serializer = http::response_serializer<http::string_body>;
+
     void send(const std::shared_ptr<Response>& response) {
         response->prepare_payload();
-        http::async_write(stream_, *response, [self = this->shared_from_this(), response](Error, std::size_t) {
-            if constexpr (is_encrypted) {
-                self->stream_.async_shutdown([self](Error) {});
-            } else {
-                Error ignored;
-                self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-            }
-        });
+        const auto serializer = std::make_shared<Serializer>(*response);
+        serializer->limit(piece_bytes);
+        send_piece(response, serializer);
+    }
+
+    void send_piece(const std::shared_ptr<Response>& response, const std::shared_ptr<Serializer>& serializer) {
+        begin_waiting();
+        http::async_write_some(stream_, *serializer,
+                               [self = this->shared_from_this(), response, serializer](Error error, std::size_t) {
+                                   if (error || serializer->is_done())
+                                       return self->end();
+                                   self->send_piece(response, serializer);
+                               });
+    }
+
+    void end() {
+        if constexpr (is_encrypted) {
+            stream_.async_shutdown([self = this->shared_from_this()](Error) {});
+        } else {
+            Error ignored;
+            stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+        }
     }
 
     Stream stream_;

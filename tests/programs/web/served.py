@@ -117,6 +117,19 @@ class Serve(Web):
         self.assertNotIn(url.split("#")[1], self.said())
         self.browser.wait_for("document.getElementById('state').textContent === ''")
 
+    def test_who_reads_slowly_gets_the_whole_page(self):
+        """The server has patience with each of its pieces."""
+        _, url = self.serve(self.w10(), "--patience", 1)
+        one = self.connected(url, SO_RCVBUF=16384)
+        one.sendall(f"GET /?live=stream HTTP/1.1\r\nHost: {url.removeprefix('http://').rstrip('/')}\r\n\r\n".encode())
+        start, answer = time.monotonic(), b""
+        while piece := one.recv(4096):
+            answer += piece
+            time.sleep(0.06)
+        self.assertGreater(time.monotonic() - start, 2)
+        head, page = answer.split(b"\r\n\r\n", 1)
+        self.assertEqual(len(page), int(re.search(rb"Content-Length: (\d+)", head)[1]))
+
     def test_those_that_find_no_room_count_until_they_have_gone(self):
         _, url = self.serve(self.w10(), "--loop", "--viewers", 1)
 

@@ -197,6 +197,18 @@ TEST(ForeignNumbers, TimesAreTheContainersWhateverTheRate) {
     }
 }
 
+/// That of a file which a server sends over and over.
+TEST(ForeignNumbers, GoOnWhereTheClockBeginsAgain) {
+    ForeignNumbers numbers;
+    for (std::int64_t i = 0; i < 270; ++i) {
+        const auto [number, time_s] = numbers.next(double(i % 90) / 30, 30);
+        ASSERT_EQ(number, i);
+        ASSERT_NEAR(time_s, double(i) / 30, 1e-9);
+    }
+    numbers.jump(1);
+    EXPECT_NEAR(numbers.next(1.0, 30).second, 1, 1e-9) << "by the clock as it is there";
+}
+
 TEST_F(StreamFeeds, ForeignVideoOfVariableFrameRateKeepsItsPace) {
     const std::vector<std::int64_t> shown = {0, 1, 2, 3, 4, 5, 65, 125, 185};
     const auto grey = [&](std::size_t i) { return std::uint8_t(40 + 20 * i); };

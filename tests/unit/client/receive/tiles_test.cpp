@@ -1,9 +1,11 @@
 /// Tiles, put together to what eyes look through: of pictures at hand, and of streams.
+#include <tests/unit/client/view/paced_server.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
 #include <client/receive/decoded_pictures.h>
 #include <client/warp/engine.h>
 #include <equistream/error.h>
+#include <equistream/tile_stream.h>
 #include <equistream/window.h>
 
 #include <gtest/gtest.h>
@@ -400,6 +402,42 @@ TEST_F(StreamedTiles, WithoutTheDepthThatTheirBaseHasAreLeftOut) {
             const ReceivedPicture main = feed->next().value().main;
             EXPECT_TRUE(main.width() == (depth && index > 0 ? 64 : 128) && main.depth_m.empty() != depth) << index;
         }
+    }
+}
+
+/// Makes main's frame data in one picture unknown, by its number in coded order: that is damaged then.
+void lose_main(std::string& bytes, int number) {
+    constexpr std::size_t role_at = 20;
+    const auto payload = encode_frame_info(TrackRole::main, synthetic::info(128, 64, 0));
+    const std::string uuid(payload.begin(), payload.begin() + 16);
+    for (auto at = bytes.find(uuid); at != std::string::npos; at = bytes.find(uuid, at + 1))
+        if (std::uint8_t(bytes.at(at + role_at)) == payload[role_at] && number-- == 0)
+            bytes[at] ^= 0x55;
+    EXPECT_LT(number, 0);
+}
+
+/// The server goes on with later frames and is silent then.
+TEST_F(StreamedTiles, ThatNobodyLooksAtAreNotWaitedForAfterTheLastFrame) {
+    const auto recording = open_tiles(write("a.mkv", {.depth = true}));
+    TileSender sender(*recording);
+    std::string sent;
+    while (sender.due_s())
+        sender.next({1}, sent);
+    for (const bool last_is_lost : {false, true}) {
+        SCOPED_TRACE(last_is_lost);
+        if (last_is_lost)
+            lose_main(sent, 6);
+        PacedServer server;
+        server.give({std::vector<char>(sent.begin(), sent.end())}, 0, 1);
+        const auto feed = open_feed(server.address(), {.depth = true, .last_frame = 11});
+        for (std::int64_t index = 5; index < (last_is_lost ? 11 : 12); ++index) {
+            const auto frame = feed->next();
+            ASSERT_TRUE(frame);
+            EXPECT_EQ(frame->main.info.index, index);
+            EXPECT_FALSE(frame->main.depth_m.empty());
+        }
+        EXPECT_FALSE(feed->next());
+        EXPECT_EQ(feed->truncation(), "") << "it would say that the server was silent";
     }
 }
 

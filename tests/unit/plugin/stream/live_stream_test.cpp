@@ -55,5 +55,30 @@ TEST(Stream, LivePicturesComeAtOnceAndSayTheirQuality) {
     EXPECT_EQ(joined.next().value().info.value().index, 3) << "a group begins there, which is all that a viewer needs";
 }
 
+/// Whoever has left out what lies before gets the end too.
+TEST(Stream, TheEndOfALiveStreamBeginsAGroupWhereOneIsAskedFor) {
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 192, 96}};
+    settings.live = true;
+    std::string bytes;
+    StreamWriter writer("live.mkv", settings,
+                        StreamTap{[&](std::span<const std::uint8_t> more) { bytes.append(more.begin(), more.end()); }});
+    const std::string header = bytes;
+    for (const std::int64_t index : {0, 1, 2}) {
+        writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), synthetic::info(192, 96, index));
+        writer.flush();
+    }
+    const std::size_t end = bytes.size();
+    writer.begin_group();
+    writer.finish();
+    StreamReader reader("tcp://server:1", synthetic::as_sent(header + bytes.substr(end)));
+    const std::vector<DecodedPicture> pictures = synthetic::read_all(reader);
+    ASSERT_EQ(pictures.size(), 1u);
+    EXPECT_EQ(pictures.front().info.value().index, 3);
+    EXPECT_GT(synthetic::psnr_db(pictures.front().rgb, synthetic::picture(192, 96, 2)), 30);
+    EXPECT_EQ(reader.truncation(), "");
+}
+
 }  // namespace
 }  // namespace equistream

@@ -147,6 +147,34 @@ TEST(StreamFaults, DamageInTheMiddleIsSaidAndTheRestPlays) {
                                        (missing == 1 ? " picture" : " pictures"));
 }
 
+/// Where start codes part the units nothing tells whether the last packet is whole, but that it is the last one.
+TEST(StreamFaults, DamageLongBeforeTheEndCostsNothingThere) {
+    constexpr int count = 60, group = 6;
+    for (const char* name : {"a.ts", "a.h264"}) {
+        SCOPED_TRACE(name);
+        synthetic::Folder folder;
+        auto made = synthetic::small_stream(Codec::h264, false);
+        made.pictures = count;
+        made.settings.pictures = count;
+        synthetic::write(folder / name, made);
+        std::string bytes = bytes_of(folder / name);
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 4), 200, '\0');
+        put_bytes(folder / name, bytes);
+        StreamReader reader((folder / name).string());
+        std::vector<std::int64_t> indices;  // of pictures whose frame data came
+        for (const DecodedPicture& picture : synthetic::read_all(reader))
+            if (picture.info)
+                indices.push_back(picture.info->index);
+        ASSERT_GE(indices.size(), 40u);
+        ASSERT_LT(indices.size(), std::size_t(count));
+        EXPECT_EQ(indices.back(), made.first_index + count - 1);
+        EXPECT_EQ(indices[indices.size() - group], made.first_index + count - group) << "the last group is whole";
+        const auto missing = std::size_t(count) - indices.size();
+        EXPECT_EQ(reader.truncation(), (folder / name).string() + ": main lacks " + std::to_string(missing) +
+                                           (missing == 1 ? " picture" : " pictures"));
+    }
+}
+
 /// The stream's bytes with another version in the frame data of its pictures, or of its third coded one alone.
 std::string with_version(std::string bytes, char version, bool third_only) {
     const std::string uuid = "\x69\xc4\x80\x36\x51\x33\x47\x84\x80\x93\xec\x66\xa7\x47\x51\x19";

@@ -175,6 +175,35 @@ TEST(LongJumps, ReadLittleOfTheFile) {
     EXPECT_LT(bytes_read() - before, std::int64_t(std::filesystem::file_size(file)) / 4);
 }
 
+/// Of our own and of somebody else's.
+TEST(DamagedStreams, LackNoMoreWhereTheyAreReadAgain) {
+    for (const bool tagged : {true, false}) {
+        SCOPED_TRACE(tagged ? "ours" : "somebody else's");
+        const synthetic::Folder folder;
+        synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+        made.pictures = pictures;
+        made.settings.pictures = pictures;
+        made.settings.tagged = tagged;
+        const std::string file = folder / "a.mkv";
+        synthetic::write(file, made);
+        std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+        bytes.seekp(std::streamoff(std::filesystem::file_size(file) / 2));
+        bytes << std::string(200, '\0');
+        bytes.close();
+        StreamReader reader(file);
+        // How many pictures the damage costs differs with the decoder's threads.
+        for (int round = 0; round < 3; ++round) {
+            const std::size_t played = synthetic::read_all(reader).size();
+            const std::size_t lacking = std::size_t(pictures) - played;
+            EXPECT_NE(reader.truncation().find(tagged ? "lacks " + std::to_string(lacking) + " picture"
+                                                      : std::to_string(played) + " play"),
+                      std::string::npos)
+                << reader.truncation() << "; " << played << " played";
+            ASSERT_TRUE(reader.seek(0));
+        }
+    }
+}
+
 /// Of an mp4 libav knows the fragments that it has read, and the header of a file that was cut tells of what is gone.
 TEST(Lengths, AreNotKnownOfFragmentsNorOfWhatWasCut) {
     const synthetic::Folder folder;

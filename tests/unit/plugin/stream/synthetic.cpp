@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 /// libx265 3.5 does not free the user data of an encoder's last picture.
 extern "C" __attribute__((visibility("default"))) const char* __lsan_default_suppressions() {
@@ -163,6 +165,17 @@ std::vector<DecodedPicture> read_all(StreamReader& reader) {
     while (auto picture = reader.next())
         pictures.push_back(std::move(*picture));
     return pictures;
+}
+
+StreamReadOptions as_sent(std::string bytes) {
+    StreamReadOptions options;
+    options.read = [left = std::move(bytes)](std::span<std::uint8_t> room) mutable {
+        const std::size_t count = std::min(left.size(), room.size());
+        std::copy_n(left.begin(), count, room.begin());
+        left.erase(0, count);
+        return count;
+    };
+    return options;
 }
 
 }  // namespace equistream::synthetic

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
 
 namespace equistream::synthetic {
 
@@ -65,6 +66,9 @@ void write(const std::filesystem::path& file, const MadeTiles& made);
 
 /// All pictures of a stream in the order they come.
 std::vector<DecodedPicture> read_all(StreamReader& reader);
+
+/// To read these bytes as a server sends them, by whatever address: nothing is opened by its name.
+StreamReadOptions as_sent(std::string bytes);
 
 }  // namespace equistream::synthetic
 

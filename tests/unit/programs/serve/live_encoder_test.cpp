@@ -103,6 +103,21 @@ TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
     EXPECT_EQ((crf[{TrackRole::depth, 1}]), 20);
 }
 
+/// Also where it is coded coarser than the group before began.
+TEST(LiveEncoders, EndWithAGroupForWhoHasLeftSomethingOut) {
+    const synthetic::Folder folder;
+    LiveEncoder encoder(quick());
+    const std::string header = encoder.encode(rendered(folder, 0, 4), "", false, 0, 0).header;
+    encoder.encode(rendered(folder, 1, 4), "", false, 18, 1 / 30.0);
+    StreamReader reader("tcp://server:1", synthetic::as_sent(header + encoder.finish()));
+    std::map<std::pair<TrackRole, std::int64_t>, float> crf;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        crf[{picture.role, picture.info.value().index}] = picture.info->crf.value();
+    EXPECT_EQ(crf, (std::map<std::pair<TrackRole, std::int64_t>, float>{{{TrackRole::main, 2}, 38.0f},
+                                                                        {{TrackRole::depth, 2}, 26.0f}}));
+    EXPECT_EQ(reader.truncation(), "");
+}
+
 TEST(LiveEncoders, BeginGroupsNoFasterHoweverManyCome) {
     const synthetic::Folder folder;
     LiveEncoder encoder(quick());

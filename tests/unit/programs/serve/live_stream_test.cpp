@@ -121,6 +121,19 @@ TEST(LiveStreams, ALineThatBecameNarrowIsNotGivenMore) {
     EXPECT_EQ(stream.delivery()->second.bytes_arrived, 6 + 40000);
 }
 
+/// As where the encoder could not end the stream.
+TEST(LiveStreams, NothingIsLeftOutForAGroupWithoutBytes) {
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    stream.set_header("header");
+    EXPECT_EQ(given(*feed, 0), "header");
+    stream.publish("a key frame", true);
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    stream.publish("", true);
+    EXPECT_EQ(stream.spheres_missed(), 0);
+    EXPECT_EQ(given(*feed, 0.6), "a key frame");
+}
+
 /// Else each key frame, which takes so long itself, would lead to the next one.
 TEST(LiveStreams, NothingIsLeftOutThatIsSoonerSentThanAKeyFrame) {
     LiveStream stream([] {});
