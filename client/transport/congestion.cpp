@@ -13,6 +13,13 @@
 
 namespace equistream {
 
+namespace {
+
+/// TCP_CLOSE of <netinet/tcp.h>, which cannot stand beside <linux/tcp.h>.
+constexpr int tcp_closed = 7;
+
+}  // namespace
+
 bool use_bbr(int socket) {
     constexpr std::string_view name = "bbr";
     return setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(), socklen_t(name.size())) == 0;
@@ -31,6 +38,8 @@ Unacknowledged unacknowledged(int socket) {
     socklen_t size = sizeof info;
     const bool says = getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
                       size >= offsetof(tcp_info, tcpi_min_rtt) + sizeof info.tcpi_min_rtt;
+    if (says && info.tcpi_state == tcp_closed)
+        return {};
     // Before the first measurement the system says the highest number.
     const bool is_known = says && info.tcpi_min_rtt != ~__u32{0};
     return {std::size_t(std::max(0, bytes)), is_known ? 1e-6 * info.tcpi_min_rtt : 0};

@@ -10,7 +10,7 @@ bool use_bbr(int socket);
 /// Little waits in the system that it has not begun to send: more would be old by the time it goes.
 void keep_little_unsent(int socket);
 /// How much of what was written to a socket has not been acknowledged. Of one that is not TCP the bytes may be more,
-/// and no time is known.
+/// and no time is known. Where the other end has broken off, nothing is under way: the next write says so.
 Unacknowledged unacknowledged(int socket);
 /// Whether whoever runs this may use BBR.
 bool allows_bbr();

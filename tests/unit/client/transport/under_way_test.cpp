@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace equistream {
@@ -54,19 +55,42 @@ TEST(UnderWay, MoreThanWasWrittenIsNoneAcknowledged) {
     EXPECT_EQ(under_way.acknowledged(), 1500) << "nothing is taken back";
 }
 
-TEST(UnderWay, TheSystemSaysWhatASocketHasNotHadAcknowledged) {
-    const int listening = socket(AF_INET, SOCK_STREAM, 0), writes = socket(AF_INET, SOCK_STREAM, 0);
-    const int small = 4096;
-    setsockopt(listening, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    ASSERT_EQ(bind(listening, reinterpret_cast<sockaddr*>(&address), size), 0);
-    ASSERT_EQ(listen(listening, 1), 0);
-    ASSERT_EQ(getsockname(listening, reinterpret_cast<sockaddr*>(&address), &size), 0);
-    ASSERT_EQ(connect(writes, reinterpret_cast<sockaddr*>(&address), size), 0);
-    const int reads = accept(listening, nullptr, nullptr);
+/// Two ends of TCP; the one that reads has room for little.
+class UnreadBytes : public testing::Test {
+protected:
+    void SetUp() override {
+        const int small = 4096;
+        setsockopt(listening, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t size = sizeof address;
+        ASSERT_EQ(bind(listening, reinterpret_cast<sockaddr*>(&address), size), 0);
+        ASSERT_EQ(listen(listening, 1), 0);
+        ASSERT_EQ(getsockname(listening, reinterpret_cast<sockaddr*>(&address), &size), 0);
+        ASSERT_EQ(connect(writes, reinterpret_cast<sockaddr*>(&address), size), 0);
+        reads = accept(listening, nullptr, nullptr);
+    }
+    void TearDown() override {
+        for (const int each : {reads, writes, listening})
+            close(each);
+    }
+
+    int listening = socket(AF_INET, SOCK_STREAM, 0), writes = socket(AF_INET, SOCK_STREAM, 0), reads = -1;
+};
+
+/// Else whoever waits until less is under way would not see for long that the other end has gone.
+TEST_F(UnreadBytes, AreUnderWayNoMoreOnceTheOtherEndHasBrokenOff) {
+    const std::vector<char> bytes(100000);
+    ASSERT_GT(send(writes, bytes.data(), bytes.size(), MSG_DONTWAIT), 20000);
+    EXPECT_GT(unacknowledged(writes).bytes, 0u);
+    close(std::exchange(reads, -1));
+    for (int i = 0; i < 200 && unacknowledged(writes).bytes > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(unacknowledged(writes).bytes, 0u);
+}
+
+TEST_F(UnreadBytes, AreUnacknowledgedAsTheSystemSays) {
     EXPECT_EQ(unacknowledged(writes).bytes, 0u);
     const std::vector<char> bytes(100000);
     const ssize_t written = send(writes, bytes.data(), bytes.size(), MSG_DONTWAIT);
@@ -81,8 +105,6 @@ TEST(UnderWay, TheSystemSaysWhatASocketHasNotHadAcknowledged) {
     for (int i = 0; i < 1000 && unacknowledged(writes).bytes > 0; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_EQ(unacknowledged(writes).bytes, 0u);
-    for (const int each : {listening, writes, reads})
-        close(each);
 }
 
 }  // namespace
