@@ -125,7 +125,8 @@ template <typename Sample>
 bool same_samples(const Image<Sample>& a, const Image<Sample>& b) {
     const auto first = a.samples();
     const auto second = b.samples();
-    const bool constant = std::ranges::adjacent_find(first, std::not_equal_to<>()) == first.end();
+    const auto of_others = first.subspan(std::min(first.size(), std::size_t(a.channels())));
+    const bool constant = std::ranges::equal(of_others, first.first(of_others.size()));
     return !constant && std::ranges::equal(first, second);
 }
 

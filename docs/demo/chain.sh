@@ -16,9 +16,11 @@ here=$(dirname "$0")
 scene=$out/scene/pavilion.json
 mkdir -p "$out"
 : >"$out/commands.txt"
-settings="$frames $sphere_size $eye_size $spp $denoise"
-replace= # what a run with other settings left makes way
+renderer=$(dirname "$(realpath "$(command -v equistream)")")/equistream-render-embree
+settings="$frames $sphere_size $eye_size $spp $denoise $(cksum <"$renderer")"
+replace= # what a run with other settings, or of another build, left makes way
 [ "$settings" = "$(cat "$out/settings.txt" 2>/dev/null)" ] || replace=--overwrite
+[ -z "$replace" ] || rm -f "$out/settings.txt" # until all of it is of these settings
 
 say() { printf '\n\033[1m%s\033[0m\n' "$*"; }
 run() {

@@ -5,6 +5,7 @@
 # site. Its streams need a server: python3 -m http.server --bind 127.0.0.1 --directory OUT 8000.
 # `build/site-venv/bin/mkdocs serve` shows each page as it is written. Exit status 77: MkDocs could not be installed.
 set -euo pipefail
+started_in=$PWD
 cd "$(dirname "$0")/../.."
 gallery=
 if [ "${1:-}" = --gallery ]; then
@@ -15,7 +16,8 @@ if [ "${1:-}" = --gallery ]; then
         exit 2
     }
 fi
-out=$(realpath -m "${1:-build/site}")
+out=$PWD/build/site
+[ $# -eq 0 ] || out=$(cd "$started_in" && realpath -m -- "$1")
 venv=build/site-venv
 
 if ! sha256sum --check --status "$venv/requirements.sha256" 2>/dev/null; then

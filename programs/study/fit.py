@@ -15,6 +15,7 @@ import math
 import os
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 import time
@@ -208,10 +209,15 @@ def main():
                           "command": command, **provenance(options.bin, REPOSITORY)}, indent=1))
         return
     print(said)
-    print(f"\nwritten: {options.out}\n"
-          f"  equistream render {options.scene} --settings {options.out} --out frames\n"
-          f"  equistream encode frames --settings {options.out} --out {options.scene.stem}.mp4\n"
-          f"  equistream play {options.scene.stem}.mp4 --settings {options.out} --out eyes      (or view)")
+    print(f"\nwritten: {options.out}\n{use_of(options.scene, options.out)}")
+
+
+def use_of(scene, settings):
+    """The commands that use the file, to copy into a shell."""
+    scene, settings, video = (shlex.quote(f"./{path}" if str(path).startswith("-") else str(path)) for path in (scene, settings, f"{scene.stem}.mp4"))
+    return (f"  equistream render {scene} --settings {settings} --out frames\n"
+            f"  equistream encode frames --settings {settings} --out {video}\n"
+            f"  equistream play {video} --settings {settings} --out eyes      (or view)")
 
 
 if __name__ == "__main__":

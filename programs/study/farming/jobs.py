@@ -127,9 +127,11 @@ def divided(render, measured, options):
     parts = options.parts or 1
     if parts > 1 and options.chunk:
         raise Refused("--chunk: expected no --parts beside it, whose tasks are parts of all frames, found both")
+    most = min(MOST_PARTS, math.ceil(render["width"] / TILE_SIDE) * math.ceil(render["height"] / TILE_SIDE))
+    if parts > most:
+        raise Refused(f"--parts: expected at most {most} for frames of {render['width']}x{render['height']}, found {parts}")
     if not options.parts and not options.chunk and render["in_parts"] and measured["frame_s"] > 60 * options.minutes:
-        tiles = math.ceil(render["width"] / TILE_SIDE) * math.ceil(render["height"] / TILE_SIDE)
-        parts = min(MOST_PARTS, tiles, math.ceil(count * measured["frame_s"] / (60 * options.minutes)))
+        parts = min(most, math.ceil(count * measured["frame_s"] / (60 * options.minutes)))
     if parts > 1 and not render["in_parts"]:
         raise Refused("--parts: expected a host that renders by tiles, and no --window, found pictures that are rendered whole")
     if parts > 1:

@@ -77,6 +77,17 @@ def check_figures(out, text):
     assert all(scores[eye]["whole"]["display"]["db"] > rotated[eye]["whole"]["display"]["db"] for eye in scores), (scores, rotated)
 
 
+def check_that_another_build_renders_anew(programs, demo, out):
+    """Its code says another identity than the frames, and settings.txt another checksum."""
+    manifest, settings = out / "sphere/centre/manifest.json", out / "settings.txt"
+    written = json.loads(manifest.read_text())
+    mine = written["host"]
+    manifest.write_text(manifest.read_text().replace(mine, "another build"))
+    settings.write_text(settings.read_text().replace(" ", "  ", 1))
+    run_chain(programs, demo, out)
+    assert json.loads(manifest.read_text())["host"] == mine
+
+
 def main():
     programs, demo = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
     with tempfile.TemporaryDirectory() as folder:
@@ -93,6 +104,7 @@ def main():
         renders = (out / "sphere/centre/manifest.json").stat().st_mtime_ns
         run_chain(programs, demo, out)
         assert (out / "sphere/centre/manifest.json").stat().st_mtime_ns == renders, "a second run rendered anew"
+        check_that_another_build_renders_anew(programs, demo, out)
 
 
 if __name__ == "__main__":

@@ -305,6 +305,7 @@ class Divided(Farm):
                                 ((*self.render, "--out", "frames", "--", "farm"), "expected jobs of"), (("--chunks", "2", *self.render), "did you mean --chunk?"),
                                 (("study", "--out", "study", "--again"), "study: expected options of --preset, --scenes, --out, --work, found --again"),
                                 (("--chunk", "2", "--parts", "2", "--frame-seconds", "1", *self.render, "--out", "frames"), "--chunk: expected no --parts beside it"),
+                                (("--parts", "70000", "--frame-seconds", "1", *self.render, "--out", "frames"), "--parts: expected at most"),
                                 (("status", "nowhere"), "nowhere/plan.json: expected what equistream farm writes, found none"),
                                 (("task", "nowhere", "render", "0"), "nowhere/plan.json: expected"), ((), "expected a job")):
             with self.subTest(" ".join(words)):

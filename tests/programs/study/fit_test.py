@@ -5,12 +5,13 @@ import json
 import math
 import os
 import pathlib
+import shlex
 import tempfile
 import types
 import unittest
 import unittest.mock
 
-from fit import path_frames, require_place, require_same_scene, window_for
+from fit import path_frames, require_place, require_same_scene, use_of, window_for
 from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting import trial as fit_trial
@@ -124,6 +125,15 @@ class Widths(unittest.TestCase):
             widths = self.asked(times).widths
             for wide, narrow in zip(widths, widths[1:]):
                 self.assertAlmostEqual(wide / narrow, 2 ** 0.5, delta=0.05)
+
+
+class Use(unittest.TestCase):
+    def test_a_shell_takes_the_names_as_they_are(self):
+        scene, settings = pathlib.Path("my scenes/hall $1.json"), pathlib.Path("-mine.ini")
+        words = [shlex.split(line, comments=False) for line in use_of(scene, settings).splitlines()]
+        self.assertEqual(words[0], ["equistream", "render", str(scene), "--settings", "./-mine.ini", "--out", "frames"])
+        self.assertEqual(words[1][-1], "hall $1.mp4")
+        self.assertEqual(words[2][:3], ["equistream", "play", "hall $1.mp4"])
 
 
 class MadeUp:

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <fstream>
@@ -97,6 +99,25 @@ TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
     pairs.pairs[0].gaps = make_png("gaps.png", 255);
     const auto with_gaps = comparison_json({compare_eye(pairs, {})}, {});
     EXPECT_NEAR(with_gaps["eyes"]["view"]["gaps"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+}
+
+/// A plain sky holds no noise that two renders could share.
+TEST_F(Comparison, PicturesOfOneColourMayBeAlike) {
+    const auto make_sky = [&](const char* name, std::uint64_t seed) {
+        Frame frame;
+        frame.info.camera = PerspectiveCamera{48, 32, 1.5};
+        frame.info.seed = seed;
+        FloatImage colour(48, 32, 4);
+        for (int i = 0; i < 48 * 32; ++i)
+            std::ranges::copy(std::array{0.1f, 0.2f, 0.3f, 1.0f}, colour.pixel(i % 48, i / 48));
+        frame.planes["colour"] = std::move(colour);
+        write_exr(root_ / name, frame);
+        return root_ / name;
+    };
+    EyePairs pairs = pair_of(make_sky("a.exr", 1), make_sky("t.exr", 2));
+    pairs.pairs[0].second_picture = make_sky("a2.exr", 3);
+    pairs.pairs[0].second_truth = make_sky("t2.exr", 4);
+    EXPECT_EQ(error_of(pairs), "");
 }
 
 /// All at once they would take more memory than there is.
