@@ -73,6 +73,7 @@ def test_paths(tmp_path):
     lambda: es.Pose.look_at((0, 0, 0), (0, 0, 0)), lambda: es.Pose.look_at((0, 0, 0), (0, 1, 0)),
     lambda: es.EquirectCamera(4, 2).directions([1, 2, 3]), lambda: es.EquirectCamera(4, 2).directions(["a", "b"]),
     lambda: es.EquirectCamera(4, 2).pixels(3.0), lambda: es.frame_info(es.EquirectCamera(4, 2), eye="middle"),
+    lambda: es.frame_info(es.EquirectCamera(4, 2), moving=[]), lambda: es.frame_info(es.EquirectCamera(4, 2), packing="sbs"),
     lambda: es.frame_info(es.EquirectCamera(4, 2), index=-1), lambda: es.frame_info(es.EquirectCamera(4, 2), exposure=0),
     lambda: es.frame_info(es.EquirectCamera(4, 2), scene="x" * 300), lambda: es.frame_info(es.EquirectCamera(4, 2), colour="red"),
     lambda: es.PosePath([]), lambda: es.PosePath([(1, es.Pose()), (0, es.Pose())]), lambda: es.to_display(np.zeros((4, 4, 3)), exposure=-1),
