@@ -4,6 +4,7 @@
 """
 
 import json
+import os
 import pathlib
 import re
 
@@ -159,7 +160,16 @@ def frames_of(out):
     return list(out.glob("*/frame.*.exr"))
 
 
+def named_by(base, words):
+    """Files and folders that a command reads: its words name them, and it does not make them."""
+    made = outs_of(words, base)
+    return [base / word for word in words[1:] if word and base / word not in made and (base / word).exists()]
+
+
 def frames_state(folder, plan, step):
-    """Of all frames that the step waits for: others, or the same rendered anew, have another."""
-    outs = outs_before(base_of(folder, plan), plan, step)
-    return state_of((f"{number} {file.relative_to(out)}", file) for number, out in enumerate(outs) for file in frames_of(out))["state"]
+    """Of all frames that the step waits for, and of what a job that is one command reads: others, or the same made anew, have another."""
+    base = base_of(folder, plan)
+    found = [(out, file) for out in outs_before(base, plan, step) for file in frames_of(out)]
+    if step["words"] and step["words"][0] in ("encode", "play", "compare"):
+        found += [(named, file) for named in named_by(base, step["words"]) for file in (named.rglob("frame.*") if named.is_dir() else [named])]
+    return state_of((f"{os.path.relpath(out, base)} {file.relative_to(out)}", file) for out, file in found)["state"]

@@ -201,6 +201,18 @@ class Divided(Farm):
         self.assertTrue(is_encoded())
         self.assertEqual(json.loads(self.farm("--json", "status", "farm").stdout)["steps"][-1], {"step": "encode", "done": 1, "of": 1, "what": "tasks"})
 
+    def test_what_a_job_reads_counts_whoever_made_it(self):
+        shutil.copytree(self.root / "whole", self.root / "copied")
+        self.farm("encode", "copied", "--out", "copied.mp4")
+
+        def is_encoded():
+            return "done before" not in self.farm("task", "farm", "encode").stdout
+
+        self.assertEqual([is_encoded(), is_encoded()], [True, False])
+        (self.root / "copied/centre/frame.0000.exr").touch()
+        self.assertIn("encode: 0 of 1 tasks", self.farm("status", "farm").stdout)
+        self.assertEqual([is_encoded(), is_encoded()], [True, False])
+
     def test_a_settings_file_counts_as_the_command_line_does(self):
         (self.root / "own.ini").write_text("[render]\nthreads = 1\n")
         self.farm("--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames")
