@@ -366,7 +366,12 @@ def run_as_program(main, name=None):
         where = f"{error.filename}: " if error.filename else ""
         sys.exit(f"{name}: {where}{error.strerror or error}")
     except KeyboardInterrupt:
-        sys.exit(f"{name}: interrupted; run it again to go on")
+        print(f"{name}: interrupted; run it again to go on", file=sys.stderr, flush=True)
+        with contextlib.suppress(OSError, AttributeError):  # it may be closed, or nobody reads
+            sys.stdout.flush()
+        # By the signal itself, so that a shell's loop around it ends too.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 def machine():

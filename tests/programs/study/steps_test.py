@@ -47,6 +47,12 @@ class Ends(unittest.TestCase):
         self.assertEqual(self.ended(Refused("no such scene")), (2, "equistream study: no such scene\n"))
         self.assertEqual(self.ended(Failed("no room")), ("equistream study: no room", ""))  # which Python prints, and ends with 1
 
+    def test_an_interrupt_ends_a_shells_loop_too(self):
+        script = "from steps import run_as_program\ndef main():\n    print('begun')\n    raise KeyboardInterrupt\nrun_as_program(main, 'equistream fit')"
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (-signal.SIGINT, "begun\n"))
+        self.assertEqual(done.stderr, "equistream fit: interrupted; run it again to go on\n")
+
 
 class SkippedSteps(unittest.TestCase):
     def setUp(self):
