@@ -55,7 +55,8 @@ if(TARGET equistream_core)
     DEPENDS "python3 (>= ${EQUISTREAM_PYTHON_VERSION})" "python3 (<< 3.${next})" python3-numpy)
   # Where `study` and `fit` look: a Python in a virtual environment finds it there, and none of Debian's other packages.
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/python3)
-  file(CREATE_LINK ../../python3/dist-packages/equistream ${CMAKE_BINARY_DIR}/python3/equistream SYMBOLIC)
+  file(RELATIVE_PATH module /${CMAKE_INSTALL_LIBDIR}/equistream/python /lib/python3/dist-packages/equistream)
+  file(CREATE_LINK ${module} ${CMAKE_BINARY_DIR}/python3/equistream SYMBOLIC)
   install(FILES ${CMAKE_BINARY_DIR}/python3/equistream DESTINATION ${CMAKE_INSTALL_LIBDIR}/equistream/python
     COMPONENT python3 EXCLUDE_FROM_ALL)
 else()
