@@ -14,8 +14,8 @@ namespace equistream {
 inline constexpr double container_rounding_s = 0.002;
 
 /// A picture is shown when its container says, for frame rates vary. Its number is that time in frames, or the next one
-/// where that is taken. One video's, in the order in which it is shown. Where its clock begins again, as that of a file
-/// that a server sends over and over, both go on.
+/// where that is taken. One video's, in the order in which it is shown. Where its clock begins again, numbers and times
+/// go on. A server that sends a file over and over does that.
 class ForeignNumbers {
 public:
     /// Of the next picture. `shown_s` as DecodedPicture::time_s; nothing: as long after the one before as the rate

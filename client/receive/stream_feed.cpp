@@ -188,8 +188,8 @@ private:
     bool is_tile(const Track& track) const {
         return may_be_tiled(track.role) && tracks_of_role_[std::size_t(track.role)] > 1;
     }
-    /// All tiles of a file do. A server sends those that are looked at, before the main picture that they go with:
-    /// none is waited for where that is lost.
+    /// All tiles of a file do. A server sends those that are looked at, before the main picture that they go with.
+    /// Where that is lost, no tile is waited for.
     bool tile_goes_with(std::size_t track, const DecodedFrame& frame) const {
         const auto& main = frame.picture(TrackRole::main);
         if (!reader_.is_live() || (main && !main->time_s))

@@ -82,8 +82,8 @@ void ViewingSimulation::require_near_arrival(const ServedFrame& frame, const std
     if (!(std::abs(due_s - frame.frame_time_s) <= longest_step_s))
         throw InputError(
             expected_found(formatted("--network: frame %lld", static_cast<long long>(frame.number)),
-                           std::string(arrival_s ? "an arrival" : "the next arrival, as it is lost itself,") +
-                               " within a day of its time of " + in_words(frame.frame_time_s) + " s",
+                           std::string(arrival_s ? "an arrival" : "the next frame's arrival, since this one is lost,") +
+                               " within a day of " + in_words(frame.frame_time_s) + " s, its own time",
                            in_words(due_s) + " s"));
 }
 

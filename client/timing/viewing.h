@@ -112,7 +112,7 @@ public:
     /// Whether a frame that was not sent yet might be there for the next refresh.
     bool needs_frame() const;
     /// In the order of their times. Throws InputError for a time before the last one, more than a day after it, or
-    /// beyond 1e10 s. So too where it arrives more than a day off its time, or, being lost, the next one does.
+    /// beyond 1e10 s, and for an arrival more than a day off the frame's time. Of a lost frame the next arrival counts.
     void send(const ServedFrame& frame, Payload payload);
     /// There are no more.
     void end() { ended_ = true; }

@@ -160,7 +160,7 @@ export class Player {
         recording.feed(() => this.ready.length).catch(this.onProblem);
         if (!this.shown && this.ready.length > 0) {
             this.take();
-            this.time = this.shown.due;
+            this.time = this.sought ?? this.shown.due; // the next refresh goes on to where it is sought
         }
         if (!this.shown)
             return this.isExhausted && this.beginAgain();
@@ -275,6 +275,8 @@ export class Player {
         this.sought = null;
         if (recording.frameAt(recording.start + sought) !== recording.from)
             this.jump(sought);
+        else if (this.shown)
+            this.time = this.shown.due;
     }
 
     jump(time) {

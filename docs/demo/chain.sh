@@ -41,8 +41,6 @@ for seed in 2 3; do
         --out "$out/truth-$seed"
 done
 
-echo "$settings" >"$out/settings.txt"
-
 say "3/7 encode"
 run equistream encode "$out/sphere" --out "$out/pavilion.mp4" --crf 16 --depth pece420 # a code that every browser decodes
 equistream info "$out/pavilion.mp4"
@@ -60,6 +58,7 @@ for head in "$out"/heads/*.csv; do
     printf .
 done
 echo
+echo "$settings" >"$out/settings.txt"
 
 say "6/7 compare"
 for system in eyes rotated; do

@@ -366,9 +366,10 @@ def run_as_program(main, name=None):
         where = f"{error.filename}: " if error.filename else ""
         sys.exit(f"{name}: {where}{error.strerror or error}")
     except KeyboardInterrupt:
-        print(f"{name}: interrupted; run it again to go on", file=sys.stderr, flush=True)
-        with contextlib.suppress(OSError, AttributeError):  # it may be closed, or nobody reads
-            sys.stdout.flush()
+        for stream, line in ((sys.stderr, f"{name}: interrupted; run it again to go on\n"), (sys.stdout, "")):
+            with contextlib.suppress(OSError, AttributeError):  # it may be closed, or nobody reads
+                stream.write(line)
+                stream.flush()
         # By the signal itself, so that a shell's loop around it ends too.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         os.kill(os.getpid(), signal.SIGINT)

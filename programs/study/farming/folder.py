@@ -121,9 +121,9 @@ def done_file(folder, step, number):
     return pathlib.Path(folder) / "done" / f"{step['name']}-{number}"
 
 
-def outs_of(words, base):
+def outs_of(words, base, option="--out"):
     """Where a command puts what it makes."""
-    return [base / (word.partition("=")[2] or after) for word, after in zip(words, [*words[1:], ""]) if word.partition("=")[0] == "--out"]
+    return [base / (word.partition("=")[2] or after) for word, after in zip(words, [*words[1:], ""]) if word.partition("=")[0] == option]
 
 
 def write_done(file, told, frames):
@@ -160,10 +160,17 @@ def frames_of(out):
     return list(out.glob("*/frame.*.exr"))
 
 
-def named_by(base, words):
-    """Files and folders that a command reads: its words name them, and it does not make them."""
-    made = outs_of(words, base)
-    return [base / word for word in words[1:] if word and base / word not in made and (base / word).exists()]
+def read_by(base, words):
+    """(what a word names, file) of all that a command reads, and does not make."""
+    made = [*outs_of(words, base), *outs_of(words, base, "--difference")]
+    for word in words[1:]:
+        value = word.partition("=")[2] if word.startswith("--") else word
+        named = base / value
+        if not value or not named.exists():
+            continue
+        for file in named.rglob("frame.*") if named.is_dir() else [named]:
+            if not any(file.is_relative_to(out) for out in made):
+                yield named, file
 
 
 def frames_state(folder, plan, step):
@@ -171,5 +178,5 @@ def frames_state(folder, plan, step):
     base = base_of(folder, plan)
     found = [(out, file) for out in outs_before(base, plan, step) for file in frames_of(out)]
     if step["words"] and step["words"][0] in ("encode", "play", "compare"):
-        found += [(named, file) for named in named_by(base, step["words"]) for file in (named.rglob("frame.*") if named.is_dir() else [named])]
+        found += read_by(base, step["words"])
     return state_of((f"{os.path.relpath(out, base)} {file.relative_to(out)}", file) for out, file in found)["state"]

@@ -78,7 +78,7 @@ def check_figures(out, text):
 
 
 def check_that_another_build_renders_anew(programs, demo, out):
-    """Its code says another identity than the frames, and settings.txt another checksum."""
+    """Another build has another identity in its frames, and another checksum in settings.txt."""
     manifest, settings = out / "sphere/centre/manifest.json", out / "settings.txt"
     written = json.loads(manifest.read_text())
     mine = written["host"]

@@ -213,6 +213,14 @@ class Divided(Farm):
         self.assertIn("encode: 0 of 1 tasks", self.farm("status", "farm").stdout)
         self.assertEqual([is_encoded(), is_encoded()], [True, False])
 
+    def test_pictures_that_a_job_makes_are_not_read_by_it(self):
+        shutil.copytree(self.root / "whole", self.root / "scored")
+        views = self.root / "scored/centre"
+        self.farm("compare", "scored/centre", "whole/centre", "--difference", "scored/centre/difference", "--out", "scores.json")
+        said = [self.farm("task", "farm", "compare").stdout for _ in range(2)]
+        self.assertTrue(list((views / "difference").rglob("frame.*.png")))
+        self.assertEqual(["done before" in each for each in said], [False, True])
+
     def test_a_settings_file_counts_as_the_command_line_does(self):
         (self.root / "own.ini").write_text("[render]\nthreads = 1\n")
         self.farm("--frame-seconds", 1, *self.render, "--settings", "own.ini", "--out", "frames")

@@ -52,6 +52,10 @@ class Ends(unittest.TestCase):
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout), (-signal.SIGINT, "begun\n"))
         self.assertEqual(done.stderr, "equistream fit: interrupted; run it again to go on\n")
+        nobody, end = os.pipe()
+        os.close(nobody)  # as where `2>&1 | tee log` has ended first
+        self.assertEqual(subprocess.run([sys.executable, "-c", script], stdout=subprocess.DEVNULL, stderr=end).returncode, -signal.SIGINT)
+        os.close(end)
 
 
 class SkippedSteps(unittest.TestCase):
