@@ -218,7 +218,7 @@ def test_clipping_distances(em, scene, tmp_path):
     path = es.PosePath([(0, es.Pose()), (1, es.Pose((0.1, 0, 0)))])
     em.render_sequence(balls, path, tmp_path, camera, frames=[0], spp=1, near_clip=4.5)
     for fps in (0, float("nan")):
-        with pytest.raises(es.InputError, match="fps: expected a number from 0.001 to 1000"):
+        with pytest.raises(es.InputError, match="frames_per_second: expected a number from 0.001 to 1000"):
             em.render_sequence(balls, path, tmp_path, camera, frames=[0], spp=1, fps=fps)
     with pytest.raises(es.InputError, match="fingerprint"):
         em.render_sequence(balls, path, tmp_path, camera, frames=[0], spp=1, near_clip=4)

@@ -97,10 +97,6 @@ setattr(Pose, "to_world", _to_world)
 setattr(Pose, "to_camera", _to_camera)
 
 
-# `camera` is given beside; the others follow from what a stream or a scene says.
-_NOT_SET_BY_NAME = ("camera", "box_radius_m", "patches", "packing", "depth_tolerance_w", "moving")
-
-
 def frame_info(camera: Camera, pose: Optional[Pose] = None, like: Optional[FrameInfo] = None, **fields: Any) -> FrameInfo:
     """A FrameInfo for a camera at a pose, with any of its other fields by keyword; `head` is the pose's place unless given.
 
@@ -112,7 +108,10 @@ def frame_info(camera: Camera, pose: Optional[Pose] = None, like: Optional[Frame
         info.camera_pose = pose
         info.head = pose
     for name, value in fields.items():
-        if not hasattr(FrameInfo, name) or name in _NOT_SET_BY_NAME or name.startswith("_"):
-            raise InputError(f"frame_info: expected a field of FrameInfo, found '{name}'")
-        setattr(info, name, value)
+        try:
+            if not hasattr(FrameInfo, name) or name == "camera" or name.startswith("_"):
+                raise AttributeError
+            setattr(info, name, value)
+        except AttributeError:  # of those that follow from others too
+            raise InputError(f"frame_info: expected a field of FrameInfo, found '{name}'") from None
     return info

@@ -286,8 +286,7 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
                           lock=lock, scene=name, exposure=exposure, head_radius_m=head_radius_m, head=path.at(index / fps), seed=seed,
                           samples_per_pixel=spp, host=renderer.host)
 
-    if not 0.001 <= fps <= 1000:
-        raise InputError(f"render_sequence: fps: expected a number from 0.001 to 1000, found {fps}")
+    frame_info(camera, frames_per_second=fps)  # which refuses what is no rate
     last = math.floor(path.duration_s * fps + 1e-6)
     with SequenceWriter(folder, overwrite=overwrite, fingerprint=_fingerprint(renderer, path)) as writer:
         writer.begin(described(numbers[0]), renderer.planes)

@@ -180,7 +180,8 @@ TEST(Textures, LevelsFollowTheFootprint) {
     EXPECT_NE(at(reader, 100.5f / 256, 0.5f, 0.9f / 256), at(reader, 103.4f / 256, 0.5f, 0.9f / 256));
 }
 
-/// By level: how many texels it merges, and how far apart the middle of its texels must lie to be another one.
+/// Within one texel of the level that the footprint asks for, a lookup is constant. With a footprint of 0.4 times as
+/// much it is not.
 TEST(Textures, LevelsFollowTheFootprintWhateverTheShape) {
     const auto shade_of_column = [](int x, int) {
         const auto shade = static_cast<std::uint8_t>(x);
