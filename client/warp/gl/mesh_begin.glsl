@@ -7,11 +7,13 @@ layout(local_size_x = 1) in;
 #include "source_grid.glsl"
 #include "mesh_lists.glsl"
 
-uniform int all_is_forgotten;
+uniform int forget_number;  // of the last time that the whole mesh was forgotten, counted from 1
 
 void main() {
-    if (all_is_forgotten != 0)
+    if (forgotten != forget_number) {
+        forgotten = forget_number;
         point_count = index_count = 0u;
+    }
     draw_count = 0u;
     for (int list = 0; list < 2; ++list) {
         listed[list] = 0u;

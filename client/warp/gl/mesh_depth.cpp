@@ -31,6 +31,7 @@ struct Refresh {
 struct Counts {
     GLuint points, indices;
     Refresh refresh;
+    GLint forgotten;
 };
 struct Block {
     GLuint first_point, point_room, first_index, index_room, index_count, seen, cells_of, points_of;
@@ -69,7 +70,9 @@ MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
       cells_("mesh_cells.glsl", plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
       points_pass_("mesh_points.glsl"), draws_pass_("mesh_draws.glsl"),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
-      vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), 0)) {
+      vertices_(make_vertex_array()) {
+    constexpr Counts nothing{};
+    counts_ = make_buffer_of(std::span(&nothing, 1));
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
     needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
@@ -146,7 +149,7 @@ void MeshDepth::forget_blocks() {
     const GLuint nothing = 0;
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glClearNamedBufferData(blocks_.name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &nothing);
-    knows_blocks_ = false;
+    ++forget_number_;
     glDeleteSync(counted_);
     counted_ = nullptr;
 }
@@ -169,11 +172,10 @@ void MeshDepth::build() {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, counts_.name());
     glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 2, GLsizei(buffers.size()), buffers.data());
     glBindImageTexture(0, cell_map_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
-    begin_.set("all_is_forgotten", knows_blocks_ ? 0 : 1);
+    begin_.set("forget_number", forget_number_);
     begin_.use();
     glDispatchCompute(1, 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    knows_blocks_ = true;
     wanted_.set("eye_size", glm::vec2(size_.width, size_.height));
     run_over_blocks(wanted_);
     const glm::vec2 joins(within_.box_radius_m, std::sin(within_.tolerance_rad));

@@ -47,7 +47,9 @@ private:
     SourceBlocks source_blocks_;
     bool is_sized_ = false;                         ///< all that hangs on the camera is there
     bool knows_source_ = false, has_room_ = false;  ///< its blocks; what sources of its size need
-    bool knows_blocks_ = false;                     ///< `blocks_` and `counts_` say what was built
+    /// How often `blocks_` was emptied. Under a condition the GPU may skip a build, so it compares this with the number
+    /// in `counts_`, and empties those when they differ.
+    int forget_number_ = 0;
     Within within_;
     Room room_;
     Texture cell_map_, depth_buffer_;

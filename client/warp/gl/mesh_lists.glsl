@@ -20,6 +20,7 @@ layout(std430, binding = 0) buffer MeshCounts {
     uint draw_count;
     uint listed[2];
     uint groups[6];  // of passes over the lists: three numbers each
+    int forgotten;   // the forget_number (mesh_begin.glsl) of what is counted
 };
 layout(std430, binding = 2) buffer MeshBlocks {
     MeshBlock blocks[];

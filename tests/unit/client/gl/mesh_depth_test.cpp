@@ -242,6 +242,31 @@ TEST_F(GlMeshDepth, BuildsAnewWhatHasChanged) {
     EXPECT_EQ(show_box_at(340), 0) << "nothing has changed";
 }
 
+/// Every other refresh is drawn under a condition that is not met, so the GPU skips it.
+TEST_F(GlMeshDepth, IsWholeAfterARefreshThatWasSkipped) {
+    const Rendered source = render(furnished(), smooth_colour, EquirectCamera{360, 180, {}}, Pose{});
+    const SourceView view = source.source(0.1);
+    gl::SourceTextures textures;
+    textures.upload(view);
+    GLuint never = 0;
+    glCreateQueries(GL_ANY_SAMPLES_PASSED, 1, &never);
+    glBeginQuery(GL_ANY_SAMPLES_PASSED, never);
+    glEndQuery(GL_ANY_SAMPLES_PASSED);
+    gl::MeshDepth drawn{strict};
+    for (int i = 0; i < 40; ++i) {
+        SCOPED_TRACE(i);
+        // In a box that is wide, then narrow: all is built anew.
+        const EyeView eye{eye_camera, {{i % 2 == 0 ? 0.3 : 0.05, 0.02, 0}, {1, 0, 0, 0}}, {}};
+        glBeginConditionalRender(never, GL_QUERY_WAIT);
+        mesh.find(view, textures, std::span(&eye, 1));
+        glEndConditionalRender();
+        mesh.forget_source();
+        drawn.find(view, textures, std::span(&eye, 1));
+        EXPECT_EQ(differing(found_by(mesh, view, textures, eye), found_by(drawn, view, textures, eye)), 0);
+    }
+    glDeleteQueries(1, &never);
+}
+
 /// Frames that are easily told follow frames that are not, and the other way round.
 TEST_F(GlMeshDepth, MakesRoomForWhatASourceNeeds) {
     const EquirectCamera camera{128, 64, {}};
