@@ -356,6 +356,9 @@ es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* e
             throw InputError(expected_found("es_frame_put_plane", "pointers", "NULL"));
         const es_plane whole = whole_struct(plane, "es_plane", plane_sizes);
         const AovInfo aov = checked_plane(*frame, whole);
+        if (frame->sequence->part().count > 0)
+            throw InputError(expected_found("es_frame_put_plane", "planes given tile by tile, as frames are in parts",
+                                            "the whole plane " + std::string(whole.name)));
         const int width = picture_width(frame->info);
         const int height = picture_height(frame->info);
         if (aov.type == SampleType::id) {
@@ -394,8 +397,14 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
             denoise(*frame, finished);
         if (frame->history)
             accumulate(*frame, finished);
-        show_window();
-        frame->sequence->write(finished, frame->film.left_out_samples());
+        try {
+            show_window();
+            frame->sequence->write(finished, frame->film.left_out_samples());
+        } catch (...) {
+            if (frame->history)
+                frame->history->take_back();
+            throw;
+        }
         if (frame->sequence->part().is_put_together())
             frame->sequence->remove_parts(frame->info.index);
         if (frame->as_window)

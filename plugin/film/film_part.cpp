@@ -5,6 +5,7 @@
 #include <equistream/error.h>
 
 #include <bit>
+#include <cassert>
 #include <cstring>
 
 namespace equistream {
@@ -44,9 +45,7 @@ void Film::each_piece(const TileShare& share, const std::function<void(std::span
 }
 
 std::string Film::part_bytes() {
-    if (!whole_.empty())
-        throw InputError(
-            expected_found("a part of a frame", "planes given tile by tile", "the whole plane " + *whole_.begin()));
+    assert(whole_.empty());
     std::string bytes;
     bytes.reserve(part_size(part_));
     each_piece(share_, [&](std::span<std::byte> piece) {

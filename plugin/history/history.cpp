@@ -196,7 +196,7 @@ void History::find_lost_detail(const Planes& planes) {
             const float before = std::exchange(m.innovation, now);
             const float again = now * before, unseen = min_detail * std::min(f.level, most);
             // Not where it stayed in its pixel, nor where the frame before had nothing to be compared with.
-            changes_[i] = is_known && before != 0 && std::isfinite(m.most)
+            changes_[i] = is_known && before != 0 && !m.stayed
                               ? Change{again - unseen * unseen, again * again, now * now, 1}
                               : Change{};
         }
@@ -214,7 +214,7 @@ void History::find_shares() {
     for (std::size_t i = 0; i < changes_.size(); ++i) {
         const Mean& m = means_[0][i];
         const float off = brightness(m.colour) - luminance(m.denoised);
-        changes_[i] = m.count > 0 && std::isinf(m.most) ? Change{off * off, m.variance / m.count, 0, 1} : Change{};
+        changes_[i] = m.count > 0 && m.stayed ? Change{off * off, m.variance / m.count, 0, 1} : Change{};
     }
     std::ranges::fill(shares_, 0.0f);
     sum_around(share_radius, [&](std::size_t pixel, const auto& sum) {
@@ -253,7 +253,7 @@ void History::mix(Mean& carried, const Fresh& fresh) const {
     if (n <= 0)
         return;
     if (m.count <= 0 || m.recent_count <= 0) {
-        m = {fresh.colour, fresh.denoised, n, fresh.variance, fresh.freedom, fresh.level, n, 0, m.most};
+        m = {fresh.colour, fresh.denoised, n, fresh.variance, fresh.freedom, fresh.level, n, 0, m.most, m.stayed};
         return;
     }
     const float kept = std::min(m.count, m.most * n);
@@ -304,6 +304,7 @@ void History::accumulate(Frame& frame, const Before& before) {
     const bool goes_on = last_ && last_->index == before.index && has_same_pixels(camera_, info.camera) &&
                          last_->camera_pose.position_m == before.camera_pose.position_m &&
                          last_->camera_pose.orientation == before.camera_pose.orientation;
+    before_last_ = goes_on ? last_ : std::nullopt;
     last_.reset();  // until all is done
     resize(info);
     std::swap(means_[0], means_[1]);
@@ -340,6 +341,12 @@ void History::accumulate(Frame& frame, const Before& before) {
         find_shares();
     write(frame);
     last_ = Before{info.index, info.camera_pose};
+}
+
+void History::take_back() {
+    std::swap(means_[0], means_[1]);
+    std::swap(seen_[0], seen_[1]);
+    last_ = std::exchange(before_last_, std::nullopt);
 }
 
 std::vector<std::uint32_t> History::samples_by_tile(const FrameInfo& next, int tile_side) const {

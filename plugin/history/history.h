@@ -5,7 +5,9 @@
 /// (Schied et al., "Spatiotemporal Variance-Guided Filtering", 2017, for the first; Zimmer et al., "Path-space Motion
 /// Estimation", 2015, for the second). What is found there counts if it is the same thing: same ids and kind, normals
 /// alike, and as deep as the point is from the camera that was. It is weighed by its number of samples, so that the
-/// mean over a still pixel is the mean of all its samples. Where anything moved, `frames` bounds that number.
+/// mean over a still pixel is the mean of all its samples. Where anything moved, `frames` bounds that number. What
+/// moves less than 1/256 of a pixel a frame stays in its pixel, and counts for so many frames that its mean lags a
+/// quarter of a pixel.
 ///
 /// Where one surface slides along another, a pixel shows of both. Such rims move with the nearer one, as antialiasing
 /// over time has it (Karis, "High Quality Temporal Supersampling", 2014), remember little, and give nothing to pixels
@@ -61,6 +63,9 @@ public:
     /// anew. The frame has history_aovs and is no atlas of patches.
     void accumulate(Frame& frame, const Before& before);
 
+    /// The frame last given could not be kept: it can be given again.
+    void take_back();
+
     /// Samples a pixel for each tile of the next frame, row by row, `next.samples_per_pixel` on average: more where the
     /// mean is uncertain for its brightness, half to four times as many. Empty where there is nothing to go by.
     std::vector<std::uint32_t> samples_by_tile(const FrameInfo& next, int tile_side) const;
@@ -76,7 +81,8 @@ private:
         float recent = 0;    ///< luminance over the last few frames
         float recent_count = 0;
         float innovation = 0;  ///< of the last frame's luminance; 0: nothing was carried to it
-        float most = 0;        ///< frames that count at most; infinite where it stayed in its pixel
+        float most = 0;        ///< frames that count at most
+        bool stayed = false;   ///< in its pixel
     };
     /// What its centre's ray met.
     struct Seen {
@@ -144,7 +150,7 @@ private:
     void write(Frame& frame) const;
 
     float frames_;
-    std::optional<Before> last_;
+    std::optional<Before> last_, before_last_;  ///< the latter where the last frame went on from it
     double exposure_ = 1;
     Camera camera_;
     int width_ = 0, height_ = 0;

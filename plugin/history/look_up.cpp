@@ -3,6 +3,7 @@
 #include <plugin/export/parallel.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +12,10 @@ namespace {
 
 /// Pixels. A host answers in single precision, so what stands still seems to move a little.
 constexpr float still_px = 1.0f / 256;
+/// Of a coordinate of the world, when a host finds where a point was.
+constexpr double roundings = 4;
+/// By which the mean of what moves less than that lags at most.
+constexpr float lag_px = 0.25f;
 /// Of a pixel: a point that is where its motion says within this has not moved by itself.
 constexpr double static_px = 0.1;
 /// Of the distance.
@@ -45,6 +50,8 @@ struct History::Sought {
     const Seen& own;   ///< what the pixel itself sees
     const Seen& here;  ///< what its picture moves with
     float u, v;
+    float moved_px;        ///< on the longer axis
+    float rounding_px;     ///< by which what stands still may seem to have moved
     bool still;            ///< in the same pixel
     bool is_static;        ///< where the point was is known exactly
     glm::vec3 point_m{0};  ///< from the camera before
@@ -146,16 +153,22 @@ History::Sought History::sought(const Planes& planes, int x, int y, const Poses&
              here,
              static_cast<float>(x) + 0.5f + motion[0],
              static_cast<float>(y) + 0.5f + motion[1],
+             std::max(std::abs(motion[0]), std::abs(motion[1])),
+             0,
              false,
              true,
              here.point_m,
              0,
              here.shown_m,
              static_cast<float>(2 * glm::length(shift_m) / pixel_rad())};
-    s.still = is_held(before, now) && std::max(std::abs(motion[0]), std::abs(motion[1])) < still_px;
+    s.still = is_held(before, now) && s.moved_px < still_px;
     if (!here.endless)
         s.point_m += glm::vec3(shift_m);
     s.distance_m = glm::length(s.point_m);
+    if (!here.endless) {
+        const double world_m = glm::length(now.position_m) + double(s.distance_m);
+        s.rounding_px = float(roundings * FLT_EPSILON * world_m / double(s.distance_m) / pixel_rad());
+    }
     if (here.specular && std::isfinite(here.shown_m))
         s.shown_m = glm::length(here.shown_m * glm::normalize(here.point_m) + glm::vec3(shift_m));
     if (!here.endless && !here.specular && !s.still) {
@@ -278,7 +291,9 @@ History::Mean History::found(const Sought& sought) const {
         if (!is_same(sought, x, y))
             return {};
         Mean same = at(x, y);
-        same.most = std::numeric_limits<float>::infinity();
+        same.most = sought.moved_px > sought.rounding_px ? std::max(frames_, lag_px / sought.moved_px)
+                                                         : std::numeric_limits<float>::infinity();
+        same.stayed = true;
         return same;
     }
     const float right = u - static_cast<float>(left), down = v - static_cast<float>(top);

@@ -120,11 +120,11 @@ void FramePlanes::bring_home(const WorldMap& world) {
     }
 }
 
-void FramePlanes::hand_over(es_frame* frame, std::string_view aovs) const {
+void FramePlanes::hand_over(es_frame* frame, std::string_view aovs, float without_samples) const {
     std::vector<float> colour(colour_.size());
     for (std::size_t i = 0; i < colour.size(); ++i) {
         const double samples = i % 4 == 3 ? all_samples_ : good_samples_[i / 4];
-        colour[i] = samples > 0 ? static_cast<float>(colour_[i] / samples) : 0;
+        colour[i] = samples > 0 ? static_cast<float>(colour_[i] / samples) : without_samples;
     }
     const auto row = [&](int channels) {
         return static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels) * sizeof(float);

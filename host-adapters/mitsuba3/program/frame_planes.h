@@ -20,8 +20,9 @@ public:
     /// In Mitsuba's world until now; from here on in ours. The sun's disc, which no frame of ours shows, becomes a
     /// miss.
     void bring_home(const WorldMap& world);
-    /// Those of `aovs` alone. Throws WorkError with the plugin's words.
-    void hand_over(es_frame* frame, std::string_view aovs) const;
+    /// Those of `aovs` alone. `without_samples`: colour where no sample was finite. Throws WorkError with the plugin's
+    /// words.
+    void hand_over(es_frame* frame, std::string_view aovs, float without_samples) const;
 
     /// Samples that were not finite; each pass of a pixel counts as its samples.
     std::uint64_t left_out_samples() const { return left_out_; }

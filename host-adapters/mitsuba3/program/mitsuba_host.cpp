@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 namespace equistream::mitsuba_host {
 
@@ -245,7 +246,8 @@ void MitsubaHost::render_planes(const FrameTask& task) {
         task.paths_traced(stream.pixels() * samples);
     }
     planes.bring_home(world);
-    planes.hand_over(task.frame, stream.aovs);
+    // Accumulated light takes NaN for no samples, and black for black.
+    planes.hand_over(task.frame, stream.aovs, stream.accumulates ? std::numeric_limits<float>::quiet_NaN() : 0);
     left_out_samples_ += planes.left_out_samples();
     render_tiles(task, stream.wants_ids());  // what is left: Cryptomatte's, or those of group "reference"
 }

@@ -102,13 +102,14 @@ typedef struct es_sequence_settings {
     es_denoise denoise;
     uint32_t denoise_threads; /* threads of a denoiser on the CPU, at most 4,096; 0: one per processor */
     /* 1 to 1,000: each frame's colour is the mean over this frame and the frames before it, found again by exact
-     * motion (docs/conventions.md, "Accumulated frames"). Where anything moved, at most so many earlier frames count.
+     * motion (docs/conventions.md, "Accumulated frames"). Where anything moved, at most so many earlier frames count
+     * (or more of what moves by less than 1/256 pixels).
      * 0: frames are independent.
      * A frame continues the mean of the frame that was ended last, if head_previous is that frame's head and `index` -
-     * previous_frames its index. Any other frame begins a new mean. Tiles get between half and
-     * four times spp, more where the mean is noisier; the average is spp. The mean needs the planes of groups depth,
-     * motion, normal, ids, specular and virtual, written or not. Groups "samples" and "variance" describe its quality.
-     * No hidden layer, no atlas. */
+     * previous_frames its index. Any other frame begins a new mean, and so does a window that has moved. Tiles get
+     * between half and four times spp, more where the mean is noisier; the average is spp. The mean needs the planes of
+     * groups depth, motion, normal, ids, specular and virtual, written or not. Groups "samples" and "variance" describe
+     * its quality. No hidden layer, no atlas. */
     uint32_t accumulate_frames;
     /* 32 to 32,768, a multiple of 16: each frame is a window (window.h), part of a full equirect sphere of so many
      * columns and half as many rows. width and height are the window's, in multiples of 16; es_frame_settings gives its
@@ -157,12 +158,12 @@ typedef struct es_frame_settings {
     /* Sequence of windows: upper left corner of this window on its sphere, pixels, multiples of 16. x is 0 to
      * window_columns - 16, and the window may cross the seam. y is 0 to window_columns / 2 - height. Otherwise 0. */
     int32_t window_x, window_y;
-    /* For a base, a frame of a full equirect sphere: the sequence of windows on a denser sphere, with the same eye,
-     * ipd_m and axes; NULL: no window. That sequence has either begun the frame of this index last, with the same
-     * poses, or keeps it finished. It has to end that frame before es_frame_end of the base.
-     * Base pixels that the window covers entirely get the mean of its finished colours. Tiles that it covers entirely
-     * have no colour passes, unless frames are accumulated; planes "raw" and guides are not rendered there.
-     * es_frame_begin reads the other sequence: no other thread may begin a frame of it meanwhile. */
+    /* For a base, a frame of a full equirect sphere from -pi to pi: the sequence of windows on a denser sphere, with
+     * the same eye, ipd_m and axes; NULL: no window. That sequence has either begun the frame of this index last, with
+     * the same poses, or keeps it finished. It has to end that frame before es_frame_end of the base. Base pixels that
+     * the window covers entirely get the mean of its finished colours. Tiles that it covers entirely have no colour
+     * passes, unless frames are accumulated; planes "raw" and guides are not rendered there. es_frame_begin reads the
+     * other sequence: no other thread may begin a frame of it meanwhile. */
     const es_sequence* window;
 } es_frame_settings;
 
@@ -234,7 +235,7 @@ ES_API void es_sequence_close(es_sequence* sequence);
 ES_API es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* settings, es_frame** frame,
                                 es_error* error);
 /* Fills the next tile, each once: ES_OK, then ES_DONE; ES_FAILED when memory is short, ES_BAD_INPUT for NULL. If the
- * host handed over all other planes whole, only tiles of group "reference" are left. */
+ * host handed over all other planes whole, and a denoiser's guides too, only tiles of group "reference" are left. */
 ES_API es_status es_frame_next_tile(es_frame* frame, es_tile* tile);
 /* Hidden layer only, before any other ray of the tile: fills at most pixel_count rays for which the film needs a
  * distance, and returns their number. The host answers with es_tile_put_distances and calls again until the call

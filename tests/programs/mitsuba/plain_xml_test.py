@@ -117,6 +117,16 @@ class PlainXml(unittest.TestCase):
         self.assertTrue((hit == np.isfinite(b)).all())
         self.assertGreater((np.abs(a[hit] - b[hit]) <= 1e-4 * a[hit]).mean(), 0.999)
 
+    def test_light_that_is_no_number_is_not_accumulated(self):
+        """A lamp whose radiance is NaN. Mitsuba's film makes black of it, but on its edge, where the sky shows too, NaN: without samples, and not black."""
+        lamp = '<emitter type="area"><rgb name="radiance" value="nan"/></emitter>'
+        frame = self.render('<emitter type="constant"/>', placed("sphere", lamp, scale=3), integrator='<integrator type="direct"/>', options=["--accumulate", 8, "--aovs", "depth,samples"])
+        ball = frame["depth.Z"] < 1e3
+        around = [np.roll(ball, (y, x), (0, 1)) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+        edge = np.any(around, axis=0) & ~np.all(around, axis=0)
+        self.assertGreater((frame["samples"] == 0).sum(), 20)
+        self.assertTrue((frame["samples"][~edge] > 0).all())
+
     def test_instances_and_masks_without_ids_are_told_apart(self):
         groups = "".join(f'<shape type="shapegroup" id="{name}"><shape type="{kind}"><bsdf type="diffuse"/></shape></shape>'
                          for name, kind in (("boxes", "cube"), ("balls", "sphere")))

@@ -441,6 +441,15 @@ TEST_F(AbiFilm, parts_put_together_are_the_frame) {
         for (std::uint32_t part = count; part > 0; --part)
             rendered(part, count);
         EXPECT_FALSE(std::filesystem::exists(file));
+        settings.part = 0;
+        es_sequence* sequence = open();
+        es_frame* frame = begin(sequence, at(0));
+        const FloatImage colour(72, 36, 4, 1.0f);
+        const es_plane plane = plane_of("colour", colour);
+        es_error error{};
+        EXPECT_EQ(es_frame_put_plane(frame, &plane, &error), ES_BAD_INPUT) << "a plane that no part has";
+        es_frame_discard(frame);
+        es_sequence_close(sequence);
         rendered(0, count);
         EXPECT_TRUE(file_bytes(file) == whole) << count << " parts";
         EXPECT_FALSE(std::filesystem::exists(output + "/part-1-of-" + std::to_string(count)));
@@ -504,16 +513,18 @@ TEST_F(AbiFilm, a_part_beside_whole_frames_of_other_settings_is_refused) {
 TEST_F(AbiFilm, a_part_has_no_whole_planes) {
     settings.aovs = "none";
     settings.part_count = 2;
-    settings.part = 1;
-    es_sequence* sequence = open();
-    es_frame* frame = begin(sequence, at(0));
-    const FloatImage colour(72, 36, 4, 1.0f);
-    const es_plane plane = plane_of("colour", colour);
-    es_error error{};
-    ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
-    EXPECT_EQ(es_frame_end(frame, &error), ES_BAD_INPUT);
-    EXPECT_STREQ(error.text, "a part of a frame: expected planes given tile by tile, found the whole plane colour");
-    es_sequence_close(sequence);
+    for (settings.part = 1; settings.part <= 2; ++settings.part) {
+        es_sequence* sequence = open();
+        es_frame* frame = begin(sequence, at(0));
+        const FloatImage colour(72, 36, 4, 1.0f);
+        const es_plane plane = plane_of("colour", colour);
+        es_error error{};
+        EXPECT_EQ(es_frame_put_plane(frame, &plane, &error), ES_BAD_INPUT) << settings.part;
+        EXPECT_STREQ(error.text, "es_frame_put_plane: expected planes given tile by tile, as frames are in parts, "
+                                 "found the whole plane colour");
+        es_frame_discard(frame);
+        es_sequence_close(sequence);
+    }
 }
 
 TEST_F(AbiFilm, wrong_planes_are_refused) {

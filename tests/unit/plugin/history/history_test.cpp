@@ -274,6 +274,39 @@ TEST(History, AStillHeadsMeanIsThatOfAllSamples) {
     EXPECT_GT(after_a_walk.mean(f, "samples"), 900);
 }
 
+/// A wall behind a still head slides along by 1/300 of a pixel a frame.
+TEST(History, WhatMovesTooLittleToBeLookedUpLagsAQuarterPixelAtMost) {
+    const auto lag_px = [](double per_frame_px) {
+        World world(view, wall);
+        Frame f;
+        for (int i = 0; i < 600; ++i) {
+            const double slid_m = i * per_frame_px * 5 / 32;
+            world.trace = [slid_m](const glm::dvec3& origin_m, const glm::dvec3& direction) {
+                Hit hit = wall(origin_m, direction);
+                hit.level = wall(origin_m - glm::dvec3(slid_m, 0, 0), direction).level;
+                return hit;
+            };
+            f = world.frame(i, at(0), at(0));
+            for (float& motion : f.planes["backward"].samples())
+                motion = 0;
+            for (std::size_t pixel = 0; pixel < 64 * 48; ++pixel)
+                f.planes["backward"].samples()[2 * pixel] = -float(per_frame_px);
+            world.history.accumulate(f, {i - 1, at(0)});
+        }
+        // The shift that explains the difference to the truth best, by least squares.
+        double along = 0, gradients = 0;
+        for (int y = 0; y < 48; ++y)
+            for (int x = 1; x < 63; ++x) {
+                const double gradient = 0.5 * double(*world.truth.pixel(x + 1, y) - *world.truth.pixel(x - 1, y));
+                along += gradient * double(f.planes["colour"].pixel(x, y)[0] - *world.truth.pixel(x, y));
+                gradients += gradient * gradient;
+            }
+        return along / gradients;
+    };
+    EXPECT_NEAR(lag_px(1.0 / 300), 0.25, 0.05);
+    EXPECT_NEAR(lag_px(0), 0, 0.02);
+}
+
 /// The next frame with what a denoiser would make of it: the truth times `scale`, and noise in blocks of four by four.
 Frame next_denoised(World& world, const Pose& pose, float scale, float block_noise) {
     const Pose before = world.index < 0 ? pose : world.last;
@@ -489,6 +522,27 @@ TEST(History, TheSeamAndThePolesAreNoEdges) {
             ASSERT_NEAR(double(f.planes["colour"].pixel((x + 32) % 64, y)[0]),
                         double(second.planes["colour"].pixel(x, y)[0]), 2e-3)
                 << x << " " << y;
+}
+
+TEST(History, AFrameThatIsTakenBackIsGivenAgain) {
+    World world(sphere, ball), other(sphere, ball);
+    Frame expected, found;
+    for (int i = 0; i < 6; ++i) {
+        const Pose here = at(0.02 * i), before = at(0.02 * std::max(0, i - 1));
+        expected = world.frame(i, here, before);
+        found = expected;
+        world.history.accumulate(expected, {i - 1, before});
+        Frame lost = found;
+        other.history.accumulate(found, {i - 1, before});
+        if (i == 0 || i == 4) {
+            other.history.take_back();
+            found = lost;
+            other.history.accumulate(found, {i - 1, before});
+        }
+        for (const char* name : {"colour", "samples", "variance"})
+            EXPECT_TRUE(std::ranges::equal(expected.planes[name].samples(), found.planes[name].samples())) << i << name;
+    }
+    EXPECT_GT(world.mean(found, "samples"), 20);
 }
 
 TEST(History, AFrameThatDoesNotFollowBeginsAnew) {
