@@ -137,7 +137,7 @@ def test_frames_of_anything_else_are_refused_even_where_all_are_there(em, scene,
     small_sequence(em, scene, folder)
     aside = es.PosePath([(0, es.Pose((0, 1, 0))), (0.3, es.Pose((0.3, 0, 0)))])
     other = mi.load_dict({"type": "scene", "ball": {"type": "sphere", "center": [1, 0, -5], "radius": 1}, "sky": {"type": "constant"}})
-    for changes in (dict(path=aside), dict(spp=4), dict(seed=1), dict(integrator={"type": "direct"}), dict(scene=other), dict(path=aside, frames=range(3))):
+    for changes in (dict(path=aside), dict(spp=4), dict(seed=1), dict(integrator={"type": "direct"}), dict(integrator={"type": "path", "hide_emitters": True}), dict(scene=other), dict(path=aside, frames=range(3))):
         with pytest.raises(es.InputError, match="choose another folder or overwrite"):
             small_sequence(em, changes.pop("scene", scene), folder, **changes)
     assert [(folder / f"frame.000{i}.exr").stat().st_mtime_ns for i in range(2)] == stamps

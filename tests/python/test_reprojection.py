@@ -106,6 +106,23 @@ def test_depth_by_a_function_is_the_same(eyes):
     assert len(asked) == 2
 
 
+def test_depth_views_are_rows_by_columns_by_one_or_not(stream):
+    """A base without depth of its own takes it from a view rendered beside it."""
+    main, base = (next(es.open_feed(stream)).main for _ in range(2))
+    main.depth_m = np.full((256, 512, 1), 2.0, np.float32)
+    main.info.camera = es.EquirectCamera(512, 256, longitudes=(-0.5, 0.5), latitudes=(-0.3, 0.3))
+    shift = main.info.camera_pose.position_m + [0.05, 0, 0]
+    pose, base.info.camera_pose = es.Pose(shift), es.Pose(main.info.camera_pose.position_m + [0, 0.02, 0])
+    eye_depth = np.full((64, 96), 2.0, np.float32)
+    seen = []
+    for shape in ((256, 512, 1), (256, 512)):
+        view = es.FeedPicture(base.info, base.rgb, np.full(shape, 2.0, np.float32))
+        frame = es.FeedFrame(main, base=base, depth_views=[view])
+        seen.append(es.Reprojector("mesh", fill="base,pushpull")(frame, CAMERA, pose))
+    assert seen[0].filled["base"] > 0
+    np.testing.assert_array_equal(seen[0].rgb, seen[1].rgb)
+
+
 def test_planes_are_the_decoders_own_and_outlive_the_feed(stream):
     luma, cb, cr = next(es.open_feed(stream, yuv=True)).main.yuv
     assert luma.shape == (256, 512) and cb.shape == cr.shape == (128, 256) and not luma.flags.writeable

@@ -225,6 +225,16 @@ def _seed_of(info: FrameInfo) -> int:
     return (int.from_bytes(words.digest(), "little") + info.index) % 2 ** 32
 
 
+def _shows_lamps(integrator: Any) -> bool:
+    """Whether one pixel of a sky is bright: neither Mitsuba's text of an integrator nor its parameters tell."""
+    sky = mi.load_dict({"type": "scene", "sky": {"type": "constant"},
+                        "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {"type": "box"}}}})
+    try:
+        return bool(np.asarray(mi.render(sky, integrator=integrator, spp=64)).any())
+    except Exception:  # noqa: BLE001  a user's own, for which a sky alone is too little
+        return True
+
+
 def _fingerprint(renderer: Renderer, path: PosePath) -> str:
     """Names what decides the pixels besides what frames say of themselves: the plugins, the scene, the integrator, the path."""
     digest = hashlib.blake2b(digest_size=16)
@@ -233,7 +243,9 @@ def _fingerprint(renderer: Renderer, path: PosePath) -> str:
     digest.update(b"lamps are hidden" if renderer.hide_emitters else b"")
     digest.update(repr(renderer.clip).encode() if renderer.clip else b"")
     facts = []
-    for what in (renderer.scene, _colour_of(renderer.integrator)):
+    integrator = _colour_of(renderer.integrator)
+    digest.update(b"" if _shows_lamps(integrator) else b"the colour's lamps are hidden")
+    for what in (renderer.scene, integrator):
         facts += [line.encode() for line in str(what).splitlines()]
         for name, value in mi.traverse(what):
             try:

@@ -241,7 +241,8 @@ class Reprojector:
 
         def depth_of(view: _View, where: str, needed: bool) -> Optional[NDArray[np.float32]]:
             if not needed and knower is own:
-                return own.find(view.info.camera, view.info.camera_pose)
+                found = own.find(view.info.camera, view.info.camera_pose)
+                return None if found is None else np.atleast_3d(found)
             return cast(knower, view.info.camera, view.info.camera_pose, where)
 
         needs = self.needs_depth(main.info.camera_pose, pose)
