@@ -1,7 +1,8 @@
 """Narrower spheres of those that were rendered.
 
 A box filter weighs all samples of a pixel alike. So where a pixel of a narrower sphere covers whole pixels of a wide one, their mean is what rendering it with
-all their samples gives, up to where the samples happened to fall. Geometry is not filtered: it comes from a render of the narrow sphere's own pixel centres.
+all their samples gives, up to where the samples happened to fall. Textures are filtered to the width of the wide sphere's pixels, so they come out a little
+sharper. Geometry is not filtered: it comes from a render of the narrow sphere's own pixel centres.
 """
 
 import shutil
