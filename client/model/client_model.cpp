@@ -113,6 +113,11 @@ void write_client_model(const std::filesystem::path& json_file, const ClientMode
     description.model = std::filesystem::path(json_file).replace_extension(".glb");
     description.model_unit_m = 1;
     description.stands_for = scene.geometry_fingerprint;
+    // An object without triangles is not in the model, so its motion is left out.
+    std::erase_if(description.moving, [&](const MovingObject& moving) {
+        return std::ranges::none_of(model.model.objects,
+                                    [&](const Object& object) { return object.name == moving.object; });
+    });
     const std::filesystem::path unfinished = unfinished_description(json_file);
     write_file_atomically(unfinished, description_text(description));
     write_glb(description.model, model.model);

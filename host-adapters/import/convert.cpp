@@ -5,6 +5,8 @@
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
+#include <Imath/half.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -85,8 +87,15 @@ private:
         return image;
     }
 
+    /// A file holds floats or halves, and 0.1 is neither.
+    double as_stored(double value) const {
+        const auto number = float(value);
+        return double(mapped_->channels.front().is_half ? float(Imath::half(number)) : number);
+    }
+
     bool is_miss(double value) const {
-        return (conventions_.miss_value && value == *conventions_.miss_value) || value >= conventions_.miss_above;
+        return value >= conventions_.miss_above ||
+               (conventions_.miss_value && value == as_stored(*conventions_.miss_value));
     }
 
     FloatImage depth() const {

@@ -196,6 +196,7 @@ void ForeignExr::State::list_channels(int part) {
         channel.part = part_header.hasName() ? part_header.name() : std::string();
         channel.part_index = part;
         channel.is_id = c.channel().type == Imf::UINT;
+        channel.is_half = c.channel().type == Imf::HALF;
         if (quotable(channel.name, 200) != channel.name)
             refuse("channel names in printable characters", "'" + channel.name + "'");
         find_view(channel, part_header);

@@ -6,10 +6,14 @@
 
 #include <glm/glm.hpp>
 
+#include <algorithm>
+
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,7 +25,8 @@ struct ForeignChannel {
     std::string view;   ///< "left", "right", ...; empty where the file knows no views
     std::string plain;  ///< the name without its view, with the part's name before it where it says more
     int part_index = 0;
-    bool is_id = false;  ///< stored as unsigned integers
+    bool is_id = false;    ///< stored as unsigned integers
+    bool is_half = false;  ///< stored as half floats
 };
 
 /// A look at a file's headers before OpenEXR's, which asks for as much memory as an attribute says it has. Throws
@@ -67,5 +72,13 @@ private:
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// The first of a frame's files that says something (`says` gives true, or an optional with a value); else the first.
+template <typename Says>
+const ForeignExr& first_that(std::span<const ForeignExr> files, const Says& says) {
+    const auto found =
+        std::ranges::find_if(files, [&](const ForeignExr& file) { return bool(std::invoke(says, file)); });
+    return found == files.end() ? files.front() : *found;
+}
 
 }  // namespace equistream::files

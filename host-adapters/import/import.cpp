@@ -10,6 +10,8 @@
 
 #include <plugin/denoise/denoiser.h>
 
+#include <strings.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -52,7 +54,7 @@ public:
         Conversion conversion{plan_.conventions, camera(), {}, {}, {}, plan_.colour_to_rec709};
         if (plan_.corner)
             conversion.sphere_columns = plan_.window->columns;
-        find_poses(files.front(), info, conversion);
+        find_poses(files, info, conversion);
         std::vector<std::string> notes;
         Frame frame = convert_frame(borrowed, map, conversion, info, notes);
         if (plan_.window && !plan_.corner)
@@ -115,7 +117,8 @@ private:
         for (int i = 0; i < 9; ++i)
             deciding += formatted("%.17g ", plan_.colour_to_rec709[i / 3][i % 3]);
         for (const Finding& finding : plan_.findings)
-            if (&finding != &plan_.findings.front())  // how many frames there are decides no pixel
+            if (&finding != &plan_.findings.front() && finding.why != "--path")
+                // how many frames there are, and how a path's file is called, decides no pixel
                 deciding += finding.found + "\n" + finding.taken_for + "\n";
         deciding += path_fingerprint(plan_.path);
         manifest.fingerprint = sequence_fingerprint(manifest, deciding);
@@ -151,7 +154,7 @@ private:
         return camera_pose(camera(), head, info.eye, info.ipd_m, info.lock);
     }
 
-    void find_poses(const ForeignExr& file, FrameInfo& info, Conversion& conversion) const {
+    void find_poses(const std::vector<ForeignExr>& files, FrameInfo& info, Conversion& conversion) const {
         conversion.pose_is_known = !plan_.path.empty() || plan_.poses_in_attributes || plan_.poses_of_our_own;
         if (!plan_.path.empty()) {
             info.head = in_our_world(plan_.path.at(info.time_s));
@@ -164,7 +167,7 @@ private:
             return;
         }
         if (plan_.poses_of_our_own) {
-            const FrameInfo own = read_exr_info(file.file());
+            const FrameInfo own = read_exr_info(files.front().file());
             info.head = own.head;
             // An import may have turned the sphere. Where an option says another eye, it is the head that stays.
             const bool is_another_eye =
@@ -175,6 +178,7 @@ private:
             return;
         }
         if (plan_.poses_in_attributes) {
+            const ForeignExr& file = first_that(files, &ForeignExr::world_to_camera);
             if (!file.world_to_camera())
                 throw InputError(expected_found(file.file().string(), "worldToCamera as in the first file", "none"));
             std::string ignored;
@@ -300,7 +304,8 @@ std::vector<fs::path> files_in(const fs::path& folder) {
     std::error_code error;
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder, error))
-        if (entry.path().extension() == ".exr" && entry.path().filename().string().front() != '.')
+        if (strcasecmp(entry.path().extension().c_str(), ".exr") == 0 &&
+            entry.path().filename().string().front() != '.')
             files.push_back(entry.path());
     if (error)
         throw InputError(expected_found(folder.string(), "a folder of EXR files", error.message()));
@@ -355,10 +360,21 @@ std::vector<std::string> stems_of(const std::map<Pattern, Numbered>& sets) {
             ++same;
         shared = same;
     }
-    while (shared > 0 && std::isalnum(static_cast<unsigned char>(stems.front()[shared - 1])))
+    if (std::ranges::all_of(stems, [&](const std::string& stem) { return stem == stems.front(); }))
+        return stems;
+    // Whole words: of beauty1 and beauty2, or of abc and ab, nothing is shared.
+    const auto is_of_a_word = [](const std::string& stem, std::size_t at) {
+        return at < stem.size() && std::isalnum(static_cast<unsigned char>(stem[at]));
+    };
+    while (shared > 0 && is_of_a_word(stems.front(), shared - 1) &&
+           std::ranges::any_of(stems, [&](const std::string& stem) { return is_of_a_word(stem, shared); }))
         --shared;
-    for (std::string& stem : stems)
-        stem = stem.substr(shared);
+    for (std::string& stem : stems) {
+        std::size_t begin = shared;
+        while (shared > 0 && begin < stem.size() && !is_of_a_word(stem, begin))
+            ++begin;
+        stem = stem.substr(begin);
+    }
     return stems;
 }
 
@@ -399,7 +415,8 @@ FileSets find_files(const std::vector<std::string>& sources) {
             if (const auto file = frames.find(index); file != frames.end())
                 frame.files.push_back(file->second);
             else if (found.missing.size() < max_missing_named)
-                found.missing.push_back({index, "frame " + std::to_string(index) + " of " + found.stems[set]});
+                found.missing.push_back({index, "frame " + std::to_string(index) + " of " +
+                                                    (found.stems[set].empty() ? pattern.before : found.stems[set])});
             ++set;
         }
         if (frame.files.size() == sets.size())

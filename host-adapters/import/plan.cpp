@@ -5,6 +5,7 @@
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
+#include <equistream/window.h>
 
 #include <algorithm>
 #include <set>
@@ -46,12 +47,23 @@ public:
         choose_depth_kind();
         choose_rate();
         choose_poses();
-        choose_colour();
         map_views();
+        choose_colour();
     }
 
 private:
     const ForeignExr& file() const { return files_.front(); }
+    template <typename Says>
+    const ForeignExr& file_that(const Says& says) const {
+        return first_that(files_, says);
+    }
+    /// The file that holds colour, or the first.
+    const ForeignExr& colour_file() const {
+        for (const MappedPlane& plane : plan_.views.front().map.planes)
+            if (plane.plane == "colour")
+                return files_[std::size_t(plane.set)];
+        return file();
+    }
 
     void say(std::string found, std::string taken_for, std::string why) {
         plan_.findings.push_back({std::move(found), std::move(taken_for), std::move(why)});
@@ -79,8 +91,17 @@ private:
         }
     }
 
+    /// Not of those asked for: files may name a command line that is another for each.
+    std::string software_of_the_first() const {
+        try {
+            return ForeignExr(all_frames_.front().files.front()).software();
+        } catch (const InputError&) {  // it is damaged, and need not be read
+            return file().software();
+        }
+    }
+
     void choose_preset() {
-        plan_.software = file().software();
+        plan_.software = software_of_the_first();
         const bool guessed = settings_.preset == "auto";
         plan_.conventions = preset(guessed ? guess_preset(file()) : settings_.preset);
         say(plan_.software.empty() ? "no renderer named in the files" : "written by " + plan_.software,
@@ -148,11 +169,12 @@ private:
         const bool says_itself = own_ && settings_.camera == "auto" && !settings_.fov_x_rad;
         const auto* own_view = says_itself ? std::get_if<PerspectiveCamera>(&own_->camera) : nullptr;
         const auto* own_sphere = says_itself ? std::get_if<EquirectCamera>(&own_->camera) : nullptr;
-        const auto of_file = own_view != nullptr ? own_view->fov_x_rad : fov_of_attributes(file(), plan_.conventions);
+        const auto fov_of = [&](const ForeignExr& f) { return fov_of_attributes(f, plan_.conventions); };
+        const auto of_file = own_view != nullptr ? own_view->fov_x_rad : fov_of(file_that(fov_of));
         const std::optional<double> fov_rad = settings_.fov_x_rad ? settings_.fov_x_rad : of_file;
         const std::string why_view = settings_.fov_x_rad ? "--fov" : "attributes worldToCamera and worldToNDC";
-        const LongitudeLatitudeRange range =
-            own_sphere != nullptr && settings_.range.is_full_sphere() ? own_sphere->range : settings_.range;
+        const bool has_range = !is_centred_full_sphere(settings_.range);
+        const LongitudeLatitudeRange range = own_sphere != nullptr && !has_range ? own_sphere->range : settings_.range;
         std::string why = "--camera";
         plan_.ods = settings_.camera == "ods" || (settings_.camera == "auto" && file().says_ods());
         bool sphere = settings_.camera == "equirect" || plan_.ods;
@@ -171,10 +193,10 @@ private:
         if (!sphere && !fov_rad)
             throw InputError(expected_found("--camera perspective", "--fov DEG", "none"));
         const Overrides& asked = settings_.overrides;
-        const std::string of_a_sphere = !settings_.range.is_full_sphere() ? "--range"
-                                        : asked.mirrored                  ? "--mirrored"
-                                        : asked.forward_at                ? "--forward-at"
-                                                                          : "";
+        const std::string of_a_sphere = has_range          ? "--range"
+                                        : asked.mirrored   ? "--mirrored"
+                                        : asked.forward_at ? "--forward-at"
+                                                           : "";
         if (!sphere && !of_a_sphere.empty())
             throw InputError(expected_found(of_a_sphere, "a sphere (--camera equirect)", "a perspective view"));
         if (sphere && settings_.fov_x_rad)
@@ -227,9 +249,13 @@ private:
     /// As large as the smallest of all files of the source: frames imported by parts are those of one import.
     void choose_window() {
         const auto* sphere = std::get_if<EquirectCamera>(&plan_.camera);
-        if (sphere == nullptr || !sphere->range.is_full_sphere())
-            throw InputError(expected_found("--window", "windows of a whole sphere",
-                                            sphere == nullptr ? "a perspective view" : "--range"));
+        if (sphere == nullptr)
+            throw InputError(expected_found("--window", "windows of a whole sphere", "a perspective view"));
+        if (!is_centred_full_sphere(sphere->range))
+            throw InputError(expected_found("--window",
+                                            "windows of a whole sphere whose longitudes begin at -180 degrees",
+                                            formatted("%g to %g degrees", sphere->range.longitude_min * 180 / pi,
+                                                      sphere->range.longitude_max * 180 / pi)));
         for (const FileSets::Frame& frame : all_frames_) {
             std::vector<ForeignExr> opened;
             std::vector<const ForeignExr*> files;
@@ -270,7 +296,7 @@ private:
     }
 
     void choose_rate() {
-        const auto of_file = file().frames_per_second();
+        const auto of_file = file_that(&ForeignExr::frames_per_second).frames_per_second();
         plan_.frames_per_second = settings_.frames_per_second.value_or(of_file.value_or(30));
         say(of_file ? formatted("framesPerSecond %g", *of_file) : "no frame rate",
             formatted("%g frames a second", plan_.frames_per_second),
@@ -297,13 +323,14 @@ private:
             say("equistream:headPosition", "poses of the head", "attributes");
             return;
         }
-        if (!file().world_to_camera()) {
+        const ForeignExr& posed = file_that(&ForeignExr::world_to_camera);
+        if (!posed.world_to_camera()) {
             say("no poses", "every frame at the origin, looking along -Z", "set --path CSV");
             return;
         }
         plan_.poses_in_attributes = true;
         std::string taken_for;
-        pose_of_attribute(file(), plan_.conventions, taken_for);
+        pose_of_attribute(posed, plan_.conventions, taken_for);
         const double scale_m = plan_.conventions.depth_scale_m;
         say("worldToCamera",
             "poses of the camera: " + taken_for + (scale_m == 1 ? "" : formatted(", %g m a unit", scale_m)),
@@ -343,8 +370,8 @@ private:
             say("colour", settings_.colour_space + " to linear Rec.709", "--colour-space");
             return;
         }
-        const auto stored = file().chromaticities();
-        plan_.colour_to_rec709 = to_rec709(stored.value_or(rec709_chromaticities), file().file().string());
+        const auto stored = colour_file().chromaticities();
+        plan_.colour_to_rec709 = to_rec709(stored.value_or(rec709_chromaticities), colour_file().file().string());
         const bool other = plan_.colour_to_rec709 != glm::dmat3(1);
         say(stored ? "chromaticities" : "no chromaticities", other ? "converted to linear Rec.709" : "linear Rec.709",
             stored ? "attribute" : "default; set --colour-space");

@@ -6,6 +6,7 @@
 #include <equistream/frame_part.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
+#include <equistream/window.h>
 
 #include <cstring>
 
@@ -339,7 +340,7 @@ WindowInBase checked_window(const es_sequence& sequence, const FrameInfo& base, 
     const FrameInfo& windows = sequence.shared->manifest().shared;
     require(windows.window_columns > 0, "window", "a sequence of windows", "one of whole pictures");
     const auto* sphere = std::get_if<EquirectCamera>(&base.camera);
-    require(sphere != nullptr && sphere->range.is_full_sphere() && base.window_columns == 0 && !base.patches &&
+    require(sphere != nullptr && is_centred_full_sphere(sphere->range) && base.window_columns == 0 && !base.patches &&
                 !is_hidden_layer,
             "window", "NULL but in whole spheres of the first surfaces", "a sequence of windows");
     const WindowGrid grid = window_grid_of(windows);

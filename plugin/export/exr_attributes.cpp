@@ -1,5 +1,7 @@
 #include "exr_attributes.h"
 
+#include <equistream/window.h>
+
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -25,7 +27,7 @@ exr_attr_rational_t rational_rate(double frames_per_second) {
 void write_camera(AttributeWriter& out, const FrameInfo& info) {
     if (const auto* sphere = std::get_if<EquirectCamera>(&info.camera)) {
         const LongitudeLatitudeRange& range = sphere->range;
-        if (range.is_full_sphere() && !info.patches)
+        if (is_centred_full_sphere(range) && !info.patches)
             out.check(exr_attr_set_envmap(out.context(), out.part(), "envmap", EXR_ENVMAP_LATLONG), "envmap");
         out.text("wrapmodes", range.closes() && !info.patches ? "periodic,clamp" : "clamp,clamp");
         out.text("equistream:camera", is_ods(info.camera) ? "ods" : "equirect");

@@ -205,10 +205,15 @@ DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
                                             "omnidirectional stereo, which clients turn without depth"));
         DepthTrack track{role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
         const bool halves = may_be_halved(role) && asked.halved.value_or(false);
-        track.halved = halves && can_be_halved(width_of(info.camera), height_of(info.camera));
+        int width = width_of(info.camera), height = height_of(info.camera);
+        if (beside.tile && source.role == sources.looked_at().role) {
+            width = beside.tile->width;
+            height = beside.tile->height;
+        }
+        track.halved = halves && can_be_halved(width, height);
         if (halves && !track.halved && source.role == sources.looked_at().role)
             throw InputError(expected_found("--depth-scale", "1 where a side is no multiple of 4, or below 128 pixels",
-                                            "2 for " + size_text(width_of(info.camera), height_of(info.camera))));
+                                            "2 for " + size_text(width, height)));
         track.focal_length_px = focal_length_px;
         if (role == TrackRole::depth)
             track.right_eye = sources.right_eye;

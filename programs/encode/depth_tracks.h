@@ -79,6 +79,7 @@ struct Beside {
     const Sources& sources;
     const StreamSettings& settings;  ///< the stream's, all but its tracks
     ColourTrials& colour;
+    std::optional<WindowGrid> tile{};  ///< where the main sphere is coded in tiles
 };
 
 /// How main's depth fared in a trial on a few frames.

@@ -55,7 +55,8 @@ class Trials {
 public:
     /// The first of `tracks` is the one that is judged by its pixels.
     Trials(std::span<const DepthTrack> tracks, const Beside& beside)
-        : settings_(beside.settings), colour_bytes_(beside.colour.get().bytes) {
+        : settings_(beside.settings), colour_bytes_(beside.colour.get().bytes),
+          tiles_may_be_halved_(!beside.tile || can_be_halved(beside.tile->width, beside.tile->height)) {
         if (!(colour_bytes_ > 0))
             throw InputError(expected_found(beside.sources.looked_at().folder.string(),
                                             "colour in the middle frames, to weigh depth's bits against", "none"));
@@ -101,7 +102,7 @@ public:
                     codes.push_back(code);
         }
         const FloatImage& depth_m = main.distances_m.front();
-        const bool try_half = can_be_halved(depth_m.width(), depth_m.height());
+        const bool try_half = tiles_may_be_halved_ && can_be_halved(depth_m.width(), depth_m.height());
         std::vector<DepthWay> all;
         for (const DepthCodeId code : codes)
             for (const bool halved : {false, true})
@@ -169,6 +170,7 @@ private:
     cli::ScratchFolder scratch_{"encode"};
     std::vector<TrialFrames> frames_;
     double colour_bytes_ = 0;
+    bool tiles_may_be_halved_;
     int guess_ = 24;  ///< where to begin; then where the last way ended
 };
 

@@ -7,6 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
+#include <equistream/window.h>
 
 #include <algorithm>
 #include <cmath>
@@ -162,6 +163,9 @@ std::optional<TilePlan> checked_tiles(const EncodeRequest& request, const Pictur
     const auto* sphere = std::get_if<EquirectCamera>(&main.info.camera);
     cli::require(sphere != nullptr && sphere->range.is_full_sphere() && main.width() == 2 * main.height(),
                  "--tiles: " + folder, "whole spheres, twice as wide as high", size_text(main.width(), main.height()));
+    cli::require(is_centred_full_sphere(sphere->range), "--tiles: " + folder,
+                 "spheres whose longitudes begin at -180 degrees",
+                 formatted("%g", sphere->range.longitude_min * 180 / pi));
     cli::require(main.info.lock == AxisLock::world, "--tiles: " + folder,
                  "spheres whose axes stay with the world (render --lock world)", "axes that turn with the path");
     if (const auto problem = tile_problem(main.width(), plan.grid))
@@ -206,7 +210,11 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     if (request.motion)
         for_motion = motion_planes(request.sources.tracks.front().folder / frame_file_name(frames.front()));
     const std::optional<TilePlan> tiles = checked_tiles(request, pictures.front());
-    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion, tiles};
+    std::optional<WindowGrid> tile;
+    if (tiles)
+        tile = tile_grid(pictures.front().width(), tiles->grid);
+    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials, tile}), for_motion,
+                           tiles};
     require_depth_for_its_options(request.depth, plan.depth);
     if (!plan.depth.tracks.empty() || request.motion || request.tiles)
         pictures = read_frame(request.sources, plan, frames.front(), coding);

@@ -290,11 +290,19 @@ std::string key_lines(const PosePath& path, const std::string& indent) {
     return text;
 }
 
+/// Times of a path that ends before 0 would be taken for those of another clock (PosePath::on_frame_clock).
+PosePath until_the_start(const PosePath& path) {
+    std::vector<PosePath::Key> keys = path.keys();
+    if (!keys.empty() && keys.back().time_s < 0)
+        keys.push_back({0, keys.back().pose});
+    return PosePath(std::move(keys), "moving");
+}
+
 std::string moving_text(const std::vector<MovingObject>& moving) {
     std::string text;
     for (const MovingObject& object : moving)
         text += (text.empty() ? "" : ",\n") + std::string("    {\"object\": ") + exact(object.object) +
-                ", \"keys\": [\n" + key_lines(object.path, "      ") + "\n    ]}";
+                ", \"keys\": [\n" + key_lines(until_the_start(object.path), "      ") + "\n    ]}";
     return text;
 }
 

@@ -75,6 +75,11 @@ inline LongitudeLatitudeRange window_range(const WindowGrid& grid, WindowPlace p
     return range;
 }
 
+/// The full sphere, whose first column is at -180 degrees: as windows count its columns.
+inline bool is_centred_full_sphere(const LongitudeLatitudeRange& range) {
+    return range.is_full_sphere() && std::abs(range.longitude_min + pi) < 1e-9;
+}
+
 inline EquirectCamera window_camera(const WindowGrid& grid, WindowPlace place) {
     return {grid.width, grid.height, window_range(grid, place)};
 }

@@ -162,6 +162,9 @@ class Encodings(Commands):
         self.done("render", self.scene, "--frames", 0, "--size", "130x66", "--aovs", "depth", "--out", self.out / "odd")
         for code in (("w10", "--depth-crf", 20), ("lossless",)):
             self.refused(["encode", self.out / "odd", "--out", self.out / "a.mkv", "--depth", *code, "--depth-scale", 2], "--depth-scale: expected 1", "2 for 130x66")
+        self.done("render", self.scene, "--frames", 0, "--size", "512x256", "--aovs", "depth", "--spp", 1, "--out", self.out / "even")
+        self.refused(["encode", self.out / "even", "--out", self.out / "a.mkv", "--tiles", "4x4", "--base", 128, "--depth", "w10", "--depth-crf", 20, "--depth-scale", 2],
+                     "--depth-scale: expected 1", "2 for 128x64")
 
 
 class Views(Commands):

@@ -558,6 +558,42 @@ class Import(unittest.TestCase):
         self.assertEqual(len(list((self.work / "eyes" / "left").glob("*.png"))), 3)
         self.assertEqual(run("info", self.work / "out").returncode, 0)
 
+    def test_what_one_of_several_files_says(self):
+        """Beauty by a plain name and its layer beside it, in capitals: primaries are of the file that has colour, and 0.1 is a miss as a float and as a half."""
+        frame = read_frame(self.sphere[0])
+        header = {"chromaticities": (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767)}
+        write(self.work / "shot.0000.EXR", {c: frame[c] for c in "RGB"}, header)
+        for kind in (np.float32, np.float16):
+            depth = np.full((HEIGHT, WIDTH), 2, kind)
+            depth[:, :40] = 0.1
+            write(self.work / "shot_depth.0000.EXR", {"Z": depth})
+            out = self.work / f"out-{kind.__name__}"
+            result = run("import", self.work / "shot.####.EXR", self.work / "shot_depth.####.EXR", "--miss", 0.1, "--out", out)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            found = read_frame(out / "centre/frame.0000.exr")
+            np.testing.assert_array_equal(np.isinf(found["depth.Z"]), depth < 1)
+            self.assertIn("converted to linear Rec.709", result.stdout)
+        self.assertGreater(np.abs(found["R"] - frame["R"]).max(), 0.02)
+
+    def test_names_of_paths_and_of_commands_decide_nothing(self):
+        for i in range(2):
+            write(self.work / f"a.{i:04}.exr", {c: np.ones((HEIGHT, WIDTH)) for c in "RGB"}, {"software": f"a program with frame {i}"})
+        head = self.work / "head.csv"
+        head.write_text("0,0,1,0,1,0,0,0\n1,0,1,1,1,0,0,0\n")
+        for frame, path in ((0, head), (1, f"{head.parent}/./{head.name}")):
+            result = run("import", self.work / "a.####.exr", "--frames", frame, "--path", path, "--out", self.work / "out")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(len(list((self.work / "out/centre").glob("*.exr"))), 2)
+
+    def test_a_sphere_from_0_degrees_has_no_windows_and_no_tiles(self):
+        write(self.work / "a.0000.exr", {c: np.ones((256, 512)) for c in "RGB"})
+        words = ["import", self.work / "a.####.exr", "--camera", "equirect", "--range", "0,360,-90,90", "--lock", "world", "--out", self.work / "out"]
+        self.assertIn("begin at -180 degrees", run(*words, "--window", "auto").stderr)
+        self.assertEqual(run(*words).returncode, 0)
+        tiles = run("encode", self.work / "out", "--tiles", "4x2", "--base", 128, "--out", self.work / "a.mkv")
+        self.assertEqual(tiles.returncode, 2)
+        self.assertIn("begin at -180 degrees", tiles.stderr)
+
     def test_windows(self):
         """A part of a denser sphere, as pixels within the display window and as pictures of their own: one window, around an imported base."""
         path = self.path_csv(self.sphere, True)

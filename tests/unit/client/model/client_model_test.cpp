@@ -139,6 +139,20 @@ TEST_F(ClientModelTest, KeepsTheBoundWithFewerTriangles) {
     EXPECT_LE(far_beyond, 3e-4 * rays) << "the ball's outline: 1/4 px of 2 rad x 960 px around one of 4 pi";
 }
 
+/// A lamp that moves has no triangles. The block stands still before the camera begins, and goes on doing so.
+TEST_F(ClientModelTest, IsReadAgainWithWhatMovesNothingAndWhatHasMovedBefore) {
+    const auto key = [](double time_s, const glm::dvec3& at) { return PosePath::Key{time_s, {at, {1, 0, 0, 0}}}; };
+    model.objects.push_back({"lamp", -1, glm::mat4(1)});
+    scene.moving.push_back({"lamp", PosePath({key(0, {0, 1, 0}), key(1, {0, 2, 0})}, "test")});
+    scene.moving.front().path = PosePath({key(-2, {0, 0, -4.9}), key(-1, {2, 0, -4.9})}, "test");
+    write_client_model(folder / "room.json", build_client_model(model, scene, options), scene);
+    const SceneDescription read = load_scene(folder / "room.json");
+    ASSERT_EQ(read.moving.size(), 1u);
+    EXPECT_EQ(find_moving_instances(load_model(read, {.shading = false}), read).size(), 1u);
+    for (const double time_s : {-1.5, 0.0, 0.5})
+        EXPECT_NEAR(read.moving.front().path.at(time_s).position_m.x, time_s < -1 ? 1 : 2, 1e-6) << time_s;
+}
+
 TEST_F(ClientModelTest, ALooserBoundKeepsFewerTriangles) {
     // Only the ball is curved; what its visible half borders on stays.
     const auto on_ball = [&] {
