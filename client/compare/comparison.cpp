@@ -376,9 +376,16 @@ std::size_t pairs_at_once(const EyePairs& eye, const ComparisonOptions& options)
 
 double EyeScore::mean_frame_psnr_db() const {
     double sum = 0;
+    int differing = 0;
     for (const FrameScore& frame : frames)
-        sum += frame.error.psnr_db();
-    return frames.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(frames.size());
+        if (const double db = frame.error.psnr_db(); !std::isinf(db)) {
+            sum += db;
+            ++differing;
+        }
+    if (differing > 0)
+        return sum / differing;
+    constexpr std::numeric_limits<double> number;
+    return frames.empty() ? number.quiet_NaN() : number.infinity();
 }
 
 EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, const std::function<void()>& done) {

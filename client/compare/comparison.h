@@ -62,7 +62,7 @@ struct EyeScore {
     UnbiasedErrors noise_free;
     bool flicker_by_motion = false;  ///< else of the same pixel of both frames
 
-    /// The mean of the frames' own PSNR; +inf if any frame is identical.
+    /// The mean of the frames' own PSNR, of those that differ; +inf if all are identical.
     double mean_frame_psnr_db() const;
 };
 

@@ -221,7 +221,7 @@ std::string comparison_table(const std::vector<EyeScore>& eyes, const Comparison
         }
     if (any)
         text += "95 % confidence intervals in brackets\n";
-    if (options.flicker)
+    if (!flicker_json(eyes.front()).is_null())
         text += eyes.front().flicker_by_motion ? "flicker along the truth's motion\n"
                                                : "flicker of each pixel: the truth has no motion\n";
     return text;

@@ -146,7 +146,9 @@ void Session::show(SharedFrame frame) {
 }
 
 void Session::count_shown() {
-    decode_ms_ += shown_->main.decode_ms + (shown_->base ? shown_->base->decode_ms : 0);
+    decode_ms_ += shown_->main.decode_ms;
+    for (const auto* beside : {&shown_->base, &shown_->small, &shown_->hidden, &shown_->patches})
+        decode_ms_ += *beside ? (*beside)->decode_ms : 0;
     ++statistics_.frames_shown;
 }
 

@@ -40,6 +40,9 @@ std::string unknown_option(const CLI::App& app) {
         if (!is_long && !is_short)
             continue;
         const std::string name = word.substr(0, word.find('='));
+        const std::vector<CLI::App*> chosen = app.get_subcommands();
+        if (!chosen.empty() && app.get_option_no_throw(name) != nullptr)
+            return name + ": expected before " + chosen.front()->get_name();
         std::vector<std::string> names;
         add_names(app, names);
         for (const CLI::App* subcommand : app.get_subcommands())

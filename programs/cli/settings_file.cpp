@@ -74,6 +74,15 @@ std::vector<std::string> accepted_names(const CLI::App& app) {
     return names;
 }
 
+/// The sections of a command that has subcommands and no options of its own; else a word for none.
+std::string sections_of(const CLI::App& app) {
+    const std::string own = app.get_name().substr(app.get_name().rfind(' ') + 1);
+    std::vector<std::string> sections;
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+        sections.push_back("[" + own + "." + sub->get_name() + "]");
+    return sections.empty() ? "another section" : in_a_sentence(sections, " or ");
+}
+
 /// Reads lines of option = value as CLI11 does. Lines in the section of a command, [play] say, are that command's
 /// alone, so that one file serves several. A key that `app` has no option for is an InputError that names file, line
 /// and the options there are.
@@ -89,26 +98,38 @@ public:
         std::istringstream again(settings_for_reader(text, file()));
         const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
         std::vector<CLI::ConfigItem> accepted;
+        std::vector<bool> is_own;  // of each: said for this command alone
         for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
-            const std::string section = item.parents.size() == 1 ? item.parents.front() : "";
+            const std::string section = item.parents.empty() ? "" : item.parents.front();
             if (section != own && std::ranges::find(commands, section, &Command::name) != commands.end())
                 continue;
             const std::string name = item.fullname();
-            if (section == own)
-                item.parents.clear();
-            if (is_mark(item) && section == own)
-                continue;
+            if (section == own) {
+                item.parents.erase(item.parents.begin());
+                if (is_mark(item) && item.parents.empty())
+                    continue;
+            }
             if (const CLI::Option* option = known(item, name, text)) {
                 if (is_replaced(*option))
                     continue;
                 keep_place(*option, item, lines_of(text, name));
             }
-            // What is said for a command alone wins.
-            if (section == own)
-                std::erase_if(accepted, [&](const CLI::ConfigItem& other) {
-                    return other.parents.empty() && other.name == item.name;
-                });
-            accepted.push_back(std::move(item));
+            // What is said for a command alone wins. CLI11 takes an option's values from one item.
+            const auto said = std::ranges::find_if(accepted, [&](const CLI::ConfigItem& other) {
+                return !is_mark(item) && other.parents == item.parents && other.name == item.name;
+            });
+            if (said == accepted.end()) {
+                accepted.push_back(std::move(item));
+                is_own.push_back(section == own);
+                continue;
+            }
+            std::vector<bool>::reference was_own = is_own[std::size_t(said - accepted.begin())];
+            if (was_own == (section == own)) {
+                said->inputs.insert(said->inputs.end(), item.inputs.begin(), item.inputs.end());
+            } else if (section == own) {
+                *said = std::move(item);
+                was_own = true;
+            }
         }
         return accepted;
     }
@@ -142,6 +163,9 @@ private:
         if (const CLI::Option* option = option_of(*app, item.name))
             return option;
         const std::vector<std::string> names = accepted_names(*app);
+        if (names.empty())
+            throw InputError(
+                expected_found(place(lines_of(text, name)), "options of " + sections_of(*app), "'" + name + "'"));
         throw InputError(
             expected_found(place(lines_of(text, name)), "one of " + in_a_sentence(names, ", "), "'" + name + "'") +
             did_you_mean(item.name, names));

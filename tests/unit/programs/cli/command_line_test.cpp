@@ -233,6 +233,53 @@ TEST(Program, SaysWhereASettingWasRead) {
                           ": expected a file of settings, found a folder" + help);
 }
 
+/// Lines of one option need not follow each other. Those of the command's own section take the place of the others.
+TEST(Program, AnOptionThatMayBeRepeatedKeepsAllItsLines) {
+    const std::string file = testing::TempDir() + "repeated.ini";
+    const auto values_of = [&](const std::string& text) {
+        std::ofstream(file) << text;
+        std::vector<std::string> values;
+        bool other = false;
+        std::string errors;
+        EXPECT_EQ(run({"p", "--settings", file}, errors,
+                      [&](CommandLine& app) -> std::function<void()> {
+                          app.add_option("--value", values, "");
+                          app.add_flag("--other", other, "");
+                          return [] {};
+                      }),
+                  exit_done)
+            << errors;
+        return values;
+    };
+    using Values = std::vector<std::string>;
+    EXPECT_EQ(values_of("value = a\nother = true\nvalue = b\n"), (Values{"a", "b"}));
+    EXPECT_EQ(values_of("[test]\nvalue = a\nother = true\nvalue = b\n"), (Values{"a", "b"}));
+    EXPECT_EQ(values_of("value = a\n[test]\nvalue = b\nother = true\nvalue = c\n"), (Values{"b", "c"}));
+    EXPECT_EQ(values_of("[test]\nvalue = b\n[play]\n[test]\nother = true\n"), (Values{"b"}));
+}
+
+/// Of a command with subcommands; other commands leave them alone.
+TEST(Program, SectionsOfSubcommandsAreNamedWithTheirCommand) {
+    const std::string file = testing::TempDir() + "subcommands.ini";
+    int value = 0;
+    std::string errors;
+    const auto status_of = [&](const std::string& text) {
+        value = 0;
+        std::ofstream(file) << text;
+        return run({"p", "--settings", file, "info"}, errors, [&](CommandLine& app) -> std::function<void()> {
+            app.add_subcommand("info", "").add_option("--value", value, "");
+            return [] {};
+        });
+    };
+    EXPECT_EQ(status_of("[test.info]\nvalue = 3\n"), exit_done) << errors;
+    EXPECT_EQ(value, 3);
+    EXPECT_EQ(status_of("[info]\nvalue = 3\nother = 5\n[scene.info]\nvalue = 4\n"), exit_done)
+        << "other commands' sections: " << errors;
+    EXPECT_EQ(value, 0);
+    EXPECT_EQ(status_of("value = 3\n"), exit_usage);
+    EXPECT_NE(errors.find("expected options of [test.info], found 'value'"), std::string::npos) << errors;
+}
+
 TEST(Program, AnOptionReplacesInTheFileWhatItExcludes) {
     const std::string file = testing::TempDir() + "excluded.ini";
     std::string scene, model, errors;
