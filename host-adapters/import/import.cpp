@@ -267,6 +267,10 @@ struct Pattern {
 
 using Numbered = std::map<std::int64_t, fs::path>;
 
+std::string pattern_text(const Pattern& pattern) {
+    return (pattern.folder / (pattern.before + "#" + pattern.behind)).string();
+}
+
 bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
@@ -415,8 +419,9 @@ FileSets find_files(const std::vector<std::string>& sources) {
             if (const auto file = frames.find(index); file != frames.end())
                 frame.files.push_back(file->second);
             else if (found.missing.size() < max_missing_named)
-                found.missing.push_back({index, "frame " + std::to_string(index) + " of " +
-                                                    (found.stems[set].empty() ? pattern.before : found.stems[set])});
+                found.missing.push_back(
+                    {index, "frame " + std::to_string(index) + " of " +
+                                (found.stems[set].empty() ? pattern_text(pattern) : found.stems[set])});
             ++set;
         }
         if (frame.files.size() == sets.size())

@@ -251,6 +251,8 @@ private:
         const auto* sphere = std::get_if<EquirectCamera>(&plan_.camera);
         if (sphere == nullptr)
             throw InputError(expected_found("--window", "windows of a whole sphere", "a perspective view"));
+        if (!sphere->range.is_full_sphere())
+            throw InputError(expected_found("--window", "windows of a whole sphere", "a part of one"));
         if (!is_centred_full_sphere(sphere->range))
             throw InputError(expected_found("--window",
                                             "windows of a whole sphere whose longitudes begin at -180 degrees",

@@ -7,7 +7,7 @@
 /// alike, and as deep as the point is from the camera that was. It is weighed by its number of samples, so that the
 /// mean over a still pixel is the mean of all its samples. Where anything moved, `frames` bounds that number. What
 /// moves less than 1/256 of a pixel a frame stays in its pixel, and counts for so many frames that its mean lags a
-/// quarter of a pixel.
+/// quarter of a pixel, or for `frames` if that is more.
 ///
 /// Where one surface slides along another, a pixel shows of both. Such rims move with the nearer one, as antialiasing
 /// over time has it (Karis, "High Quality Temporal Supersampling", 2014), remember little, and give nothing to pixels

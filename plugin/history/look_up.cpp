@@ -14,7 +14,7 @@ namespace {
 constexpr float still_px = 1.0f / 256;
 /// Of a coordinate of the world, when a host finds where a point was.
 constexpr double roundings = 4;
-/// By which the mean of what moves less than that lags at most.
+/// By which the mean of what moves less than that lags at most, unless `frames` allows more.
 constexpr float lag_px = 0.25f;
 /// Of a pixel: a point that is where its motion says within this has not moved by itself.
 constexpr double static_px = 0.1;

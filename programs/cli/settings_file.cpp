@@ -180,7 +180,8 @@ private:
         if (takes_one && item.inputs.size() > 1)
             throw InputError(
                 expected_found(place(lines), "one value of " + item.name, std::to_string(item.inputs.size())));
-        if (option.count() == 0 && !option.get_lnames().empty())
+        const CLI::App* of = item.parents.empty() ? nullptr : subcommand(app_, item.parents.front());
+        if (option.count() == 0 && !option.get_lnames().empty() && (of == nullptr || of->parsed()))
             places_[option.get_lnames().front()] = place(lines);
     }
 
