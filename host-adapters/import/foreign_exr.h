@@ -7,7 +7,6 @@
 #include <glm/glm.hpp>
 
 #include <algorithm>
-
 #include <cstdint>
 #include <filesystem>
 #include <functional>

@@ -113,7 +113,6 @@ def test_depth_views_are_rows_by_columns_by_one_or_not(stream):
     main.info.camera = es.EquirectCamera(512, 256, longitudes=(-0.5, 0.5), latitudes=(-0.3, 0.3))
     shift = main.info.camera_pose.position_m + [0.05, 0, 0]
     pose, base.info.camera_pose = es.Pose(shift), es.Pose(main.info.camera_pose.position_m + [0, 0.02, 0])
-    eye_depth = np.full((64, 96), 2.0, np.float32)
     seen = []
     for shape in ((256, 512, 1), (256, 512)):
         view = es.FeedPicture(base.info, base.rgb, np.full(shape, 2.0, np.float32))

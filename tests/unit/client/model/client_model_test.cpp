@@ -139,7 +139,7 @@ TEST_F(ClientModelTest, KeepsTheBoundWithFewerTriangles) {
     EXPECT_LE(far_beyond, 3e-4 * rays) << "the ball's outline: 1/4 px of 2 rad x 960 px around one of 4 pi";
 }
 
-/// A lamp that moves has no triangles. The block stands still before the camera begins, and goes on doing so.
+/// A lamp that moves has no triangles. The block has moved before the camera begins, and stands still from then on.
 TEST_F(ClientModelTest, IsReadAgainWithWhatMovesNothingAndWhatHasMovedBefore) {
     const auto key = [](double time_s, const glm::dvec3& at) { return PosePath::Key{time_s, {at, {1, 0, 0, 0}}}; };
     model.objects.push_back({"lamp", -1, glm::mat4(1)});
