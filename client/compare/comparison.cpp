@@ -384,8 +384,7 @@ double EyeScore::mean_frame_psnr_db() const {
         }
     if (differing > 0)
         return sum / differing;
-    constexpr std::numeric_limits<double> number;
-    return frames.empty() ? number.quiet_NaN() : number.infinity();
+    return frames.empty() ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::infinity();
 }
 
 EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, const std::function<void()>& done) {

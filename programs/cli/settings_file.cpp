@@ -74,12 +74,16 @@ std::vector<std::string> accepted_names(const CLI::App& app) {
     return names;
 }
 
+/// "scene" of equistream scene.
+std::string section_of(const CLI::App& app) {
+    return app.get_name().substr(app.get_name().rfind(' ') + 1);
+}
+
 /// The sections of a command that has subcommands and no options of its own; else a word for none.
 std::string sections_of(const CLI::App& app) {
-    const std::string own = app.get_name().substr(app.get_name().rfind(' ') + 1);
     std::vector<std::string> sections;
     for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
-        sections.push_back("[" + own + "." + sub->get_name() + "]");
+        sections.push_back("[" + section_of(app) + "." + sub->get_name() + "]");
     return sections.empty() ? "another section" : in_a_sentence(sections, " or ");
 }
 
@@ -96,7 +100,7 @@ public:
         whole << input.rdbuf();
         const std::string text = without_byte_order_mark(whole.str());
         std::istringstream again(settings_for_reader(text, file()));
-        const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
+        const std::string own = section_of(app_);
         std::vector<CLI::ConfigItem> accepted;
         std::vector<bool> is_own;  // of each: said for this command alone
         for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
