@@ -27,8 +27,9 @@ install_packages() {
 }
 
 make_python_environment() {
-    local stamp=build/venv/requirements.sha256
-    if [ -f "$stamp" ] && sha256sum --check --status "$stamp"; then return; fi
+    local stamp=build/venv/requirements.sha256 python
+    python=$(python3 -c 'import sys; print("python%d.%d" % sys.version_info[:2])')
+    if [ -d "build/venv/lib/$python" ] && [ -f "$stamp" ] && sha256sum --check --status "$stamp"; then return; fi
     echo "making the tests' Python environment in build/venv"
     rm -rf build/venv
     python3 -m venv build/venv

@@ -5,6 +5,7 @@
 #include <equistream/sequence.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -95,13 +96,18 @@ private:
         return views_with_depth_.contains(view) && wants(depth_role_of(role_of(view)).value_or(TrackRole::depth));
     }
 
-    /// The main view: the head's centre, else the left eye as in the paper, else the only one there is.
+    /// The main view: the first of centre, left (as in the paper) and right that holds frames, else the folder itself.
+    /// Without any frames, the first of them that is there.
     std::string find_main() const {
-        for (const char* name : {"centre", "left", "right"})
-            if (fs::is_directory(folder_ / name))
+        constexpr std::array names = {"centre", "left", "right"};
+        const auto is_there = [&](const char* name) { return fs::is_directory(folder_ / name); };
+        for (const char* name : names)
+            if (is_there(name) && !list_frames(folder_ / name).empty())
                 return name;
         if (!list_frames(folder_).empty())
             return ".";
+        if (const auto empty = std::ranges::find_if(names, is_there); empty != names.end())
+            return *empty;
         throw InputError(
             expected_found(folder_.string(), "frames, or a folder centre, left or right of them", "neither"));
     }

@@ -6,7 +6,7 @@ export const roles = ["main", "small", "depth", "hidden", "hidden-depth", "patch
                       "window", "window-depth", "window-images"];
 export const depthCodes = ["pece444", "pece420", "hue", "w8", "w10", "w12", "lossless"];
 const what = "frame data in the stream";
-const largestSide = 32768, mostPixels = 2 ** 28, leastAngle = 0.001;
+const largestSide = 32768, mostPixels = 2 ** 28, leastAngle = 0.001, mostQuaternionError = 0.001;
 
 function require(good, name, found) {
     if (!good)
@@ -28,8 +28,8 @@ class FrameDataReader extends ByteReader {
         const position = [0, 1, 2].map(() => this.number(name, -1e9, 1e9));
         const orientation = [0, 1, 2, 3].map(() => this.number(name, -2, 2));
         const length = Math.hypot(...orientation);
-        require(Math.abs(length - 1) <= 1e-6, `a unit quaternion of the ${name}`, length);
-        return {position, orientation};
+        require(Math.abs(length - 1) < mostQuaternionError, `a unit quaternion of the ${name}`, length);
+        return {position, orientation: orientation.map(each => each / length)};
     }
     short() {
         return this.text(this.u8());

@@ -3,7 +3,7 @@
 // its box.
 import {aboutAxis, composed, conjugate, headingOf, multiply, normalized, rotate} from "./poses.js";
 
-const turnPerSecond = 1, metresPerSecond = 0.15;
+const turnPerSecond = 1, metresPerSecond = 0.15, firstTurnWithinMs = 2000;
 const halfTurn = Math.PI;
 /// Keys that act for as long as they are down: what they push.
 const held = {
@@ -37,10 +37,12 @@ export class Head {
             this.draggedTo = [event.clientX, event.clientY];
         });
         element.addEventListener("pointermove", event => {
-            if (!event.buttons)  // it was let go where nobody heard
-                this.dragged = null;
             if (this.dragged !== event.pointerId)
                 return;
+            if (!event.buttons) {  // it was let go where nobody heard
+                this.dragged = null;
+                return;
+            }
             const [x, y] = this.draggedTo;
             this.draggedTo = [event.clientX, event.clientY];
             this.yaw += this.turnPerPixel * (event.clientX - x);
@@ -75,11 +77,16 @@ export class Head {
         return true;
     }
 
-    /// Begins, or ends. Some browsers ask the person first, and only after a touch; false: they may not.
+    ignoreDevice() {
+        removeEventListener("deviceorientation", this.turned);
+        this.turned = this.device = this.deviceCentre = null;
+    }
+
+    /// Begins, or ends. Some browsers ask the person first, and only after a touch. False: the browser refused, or no
+    /// reading came in time.
     async followDevice() {
         if (this.turned) {
-            removeEventListener("deviceorientation", this.turned);
-            this.turned = this.device = this.deviceCentre = null;
+            this.ignoreDevice();
             return true;
         }
         if (globalThis.DeviceOrientationEvent?.requestPermission)
@@ -92,8 +99,13 @@ export class Head {
                 return;
             this.device = deviceOrientation(event, screen.orientation?.angle ?? 0);
         };
-        addEventListener("deviceorientation", this.turned);
-        return true;
+        const {turned} = this;
+        addEventListener("deviceorientation", turned);
+        await new Promise(resolve => setTimeout(resolve, firstTurnWithinMs));
+        if (this.device !== null || this.turned !== turned)
+            return true;
+        this.ignoreDevice();
+        return false;
     }
 
     /// Goes on for so many seconds; stays within `lean` metres.

@@ -1,8 +1,8 @@
 // Fragmented MP4 as `equistream encode` writes it, in pieces of any size: tracks, then packets in the order they lie.
 import {ByteQueue, ByteReader, expectedFound} from "./bytes.js";
 
-/// Headers are small, and a fragment is a group of pictures.
-const largestHeader = 16 << 20, largestFragment = 1 << 30, mostTracks = 127, mostSamples = 65536;
+/// Headers are small. A fragment is a group of at most 10,000 pictures in each track.
+const largestHeader = 16 << 20, largestFragment = 1 << 30, mostTracks = 127, mostSamples = mostTracks * 10000;
 
 /// The boxes of a box's content.
 function* boxesIn(bytes, what) {

@@ -30,7 +30,7 @@ run() {
 }
 
 say "1/7 scene"
-[ -f "$scene" ] || equistream scene generate pavilion --out "$out/scene"
+[ -z "$replace" ] && [ -f "$scene" ] || equistream scene generate pavilion --out "$out/scene" --overwrite
 echo "equistream scene generate pavilion --out $out/scene" >>"$out/commands.txt"
 
 say "2/7 render: the sphere with depth, what lies behind it, its small right-eye stream, and the truth twice"

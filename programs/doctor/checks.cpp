@@ -89,6 +89,8 @@ Finding find_mitsuba(const Surroundings& here) {
     std::error_code error;
     if (!fs::exists(program, error))
         return {State::missing, "this build has no Mitsuba host", std::string(host.how_to_get_it), {}};
+    if (host.needs_avx2 && !cli::has_avx2())
+        return {State::missing, "this processor has no AVX2", "in a virtual machine: give it the host's CPU model", {}};
     const std::string scene = here.scratch.file("ball.xml");
     std::ofstream(scene) << R"(<scene version="3.0.0"><shape type="sphere"/></scene>)";
     const cli::ChildEnd end = cli::run_child({program.string(), scene, "--out", here.scratch.file("ball"), "--size",

@@ -55,7 +55,9 @@ Finding probe_scenes() {
     std::vector<std::string> models;
     std::error_code error;
     // Each lies in the folder or in one of its own there.
-    for (fs::recursive_directory_iterator entry(named, error), end; !error && entry != end; entry.increment(error)) {
+    constexpr auto skipping = fs::directory_options::skip_permission_denied;
+    for (fs::recursive_directory_iterator entry(named, skipping, error), end; !error && entry != end;
+         entry.increment(error)) {
         if (entry.depth() > 0)
             entry.disable_recursion_pending();
         if (entry->path().extension() == ".glb")

@@ -116,12 +116,14 @@ private:
         const std::string_view corner = word.substr(0, word.find_last_not_of('/') + 1);
         bool good = std::count(word.begin(), word.end(), '/') <= 2;
         for (std::size_t part = 0, at = 0; good && at <= corner.size(); ++part) {
-            const std::string_view text = corner.substr(at, corner.find('/', at) - at);
+            std::string_view text = corner.substr(at, corner.find('/', at) - at);
+            at += text.size() + 1;
+            if (text.size() > 1 && text[0] == '+' && text[1] != '-')  // from_chars takes none
+                text.remove_prefix(1);
             const char* end = text.data() + text.size();
             good = text.empty() || text == "-" ? part == 1
                                                : std::from_chars(text.data(), end, numbers[part]).ptr == end &&
                                                      text.size() - text.starts_with('-') <= index_digits;
-            at += text.size() + 1;
         }
         if (!good)
             throw InputError(expected_found(where(), "corners like 1, 1/2, 1//3 or 1/2/3 after f", std::string(word)));

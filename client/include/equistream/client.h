@@ -26,7 +26,7 @@
  * textures that the caller passes. Textures of es_client_get_textures belong to the client.
  * Errors: nothing throws, exits or prints. `error` may be NULL; a call fills it when it fails.
  * Logs: the first client turns libav's log off in the whole process. A host that has set another level than libav's
- * default, AV_LOG_INFO, keeps its own.
+ * default, AV_LOG_INFO, keeps its own. The first srt:// client turns libsrt's log off in the whole process.
  */
 #include <equistream/abi_types.h>
 

@@ -343,6 +343,7 @@ private:
         if (last > dr::width(m_tables.face_entry))
             refuse("equirect_aov: first_face: expected places on face_entry's %u numbers, counted from 1, found %u",
                    (uint32_t)dr::width(m_tables.face_entry), last);
+        check_ids("face_entry", m_tables.face_entry);  // or max + 1 below wraps round
         return std::max(shapes, dr::slice<uint32_t>(dr::max(m_tables.face_entry)) + 1);
     }
 

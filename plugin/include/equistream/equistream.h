@@ -269,7 +269,7 @@ ES_API void es_tile_put_ids(es_frame* frame, const es_tile* tile, const uint32_t
 /* Hands over a whole plane, which replaces the tiles' values of it. Not while tiles are being filled. The frame takes
  * the planes that the sequence writes or accumulates by, and guides where it is denoised. It refuses "raw", "samples",
  * "variance" and group "reference". Distances are 0 or more, or +inf for a miss; radiance may be anything; all else is
- * finite. */
+ * finite. Where a hidden layer has no surface, tiles can say so; a whole plane of depth cannot. */
 ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);
 /* Writes the frame (whole or not at all) and frees it, also on failure. Refuses a frame with unfinished tiles, and
  * reports earlier misuse of the es_tile_* calls. */

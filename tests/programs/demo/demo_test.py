@@ -82,10 +82,14 @@ def check_that_another_build_renders_anew(programs, demo, out):
     manifest, settings = out / "sphere/centre/manifest.json", out / "settings.txt"
     written = json.loads(manifest.read_text())
     mine = written["host"]
+    scene = out / "scene/pavilion.json"
+    as_generated = scene.read_bytes()
+    scene.write_bytes(as_generated + b"\n")
     manifest.write_text(manifest.read_text().replace(mine, "another build"))
     settings.write_text(settings.read_text().replace(" ", "  ", 1))
     run_chain(programs, demo, out)
     assert json.loads(manifest.read_text())["host"] == mine
+    assert scene.read_bytes() == as_generated
 
 
 def main():

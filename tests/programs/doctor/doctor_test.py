@@ -80,6 +80,17 @@ class Doctor(unittest.TestCase):
             self.assertEqual(found[name]["state"], "missing", found[name])
             self.assertIn(mention, found[name]["found"])
 
+    def test_scenes_beside_a_folder_that_may_not_be_read_are_listed(self):
+        if os.geteuid() == 0:
+            self.skipTest("root may read everything")
+        names = [f"room-{i}" for i in range(20)]
+        with tempfile.TemporaryDirectory() as folder:
+            for name in names[:10] + ["lost+found"] + names[10:]:
+                path = pathlib.Path(folder) / name
+                path.with_suffix(".glb").touch() if name in names else path.mkdir(mode=0)
+            found = self.found(EQUISTREAM_SCENES=folder)["scenes"]
+        self.assertEqual((found["state"], found["details"]["models"]), ("ok", sorted(names)))
+
     def test_a_crash_and_a_hang_are_findings(self):
         crashed = self.found(EQUISTREAM_OIDN=str(LIBRARY), EQUISTREAM_TEST_DEED="crash")["denoiser"]
         self.assertEqual(crashed["state"], "broken")

@@ -107,6 +107,21 @@ class Inputs(Web):
             self.drag((x, y + 50), (x, y - 50))
         self.assertEqual(np.degrees(self.head())[1], -90)  # straight down
 
+    def test_a_pen_that_hovers_does_not_end_a_drag(self):
+        self.open_still()
+        x, y = map(round, self.centre_of("picture"))
+        self.mouse("mousePressed", (x, y))
+        self.browser.evaluate("equistream.canvas.dispatchEvent(new PointerEvent('pointermove', {pointerId: 77, buttons: 0}))")
+        self.mouse("mouseMoved", (x + 50, y))
+        self.mouse("mouseReleased", (x + 50, y))
+        self.assertAlmostEqual(self.head()[0], 50 * self.rad_per_px())
+
+    def test_a_device_without_sensors_is_told_so(self):
+        self.open_still()
+        self.browser.evaluate("document.querySelector('[data-key=g]').click()")
+        self.browser.wait_for("document.getElementById('note').textContent.startsWith('no motion sensors')")
+        self.assertIsNone(self.browser.evaluate("equistream.head.turned"))
+
     def test_one_finger_turns(self):
         self.open_still()
         x, y = map(round, self.centre_of("picture"))
@@ -305,11 +320,13 @@ class Inputs(Web):
                 dispatchEvent(new DeviceOrientationEvent("deviceorientation", {alpha, beta: 90, gamma: 0}));
                 return head.pose(around).orientation;
             };
-            await head.followDevice();
+            const heard = head.followDevice();
+            await new Promise(resolve => setTimeout(resolve));
             const first = turn(20);
             turn(110);
             head.tilt(0.5);
             const turned = turn(110);
+            await heard;
             await head.followDevice();
             turn(300);
             return {first, turned, after: head.pose(around).orientation};

@@ -84,6 +84,14 @@ TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
     EXPECT_EQ(feed->tracks()[0].bytes, std::int64_t(bytes));
 }
 
+TEST_F(Feeds, AViewWithoutFramesIsNotTheMainOne) {
+    fs::create_directories(folder / "centre");
+    write_frame("left", 0, 32, 16, 0.1f);
+    const auto frame = open_feed(folder.string())->next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->main.rgb.width(), 32);
+}
+
 TEST_F(Feeds, ARenamedFrameIsTheOneThatItsNameSays) {
     write_frame("centre", 2, 32, 16, 0.1f);
     for (const std::int64_t copy : {4, 5})

@@ -123,6 +123,7 @@ TEST_F(ObjModel, TextIsReadHoweverItIsLaidOut) {
           std::string("v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3"),
           std::string(
               "\xef\xbb\xbf# by hand\nv\t0 0\t0  \n  v +1.0e0 0 -0 # a corner\nv 0 1 0 1 0 0\n\nf  1// 2/  3\t \n"),
+          std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nf +1 +2 +3\n"),
           std::string("v 0 0 0\nv 1 0 0\nv 0 1 \\\n 0\nf 1 \\\r\n2 \\  \n 3")}) {
         const SceneModel model = load(text);
         EXPECT_EQ(model.meshes[0].positions, expected.meshes[0].positions) << text;
@@ -245,8 +246,8 @@ TEST_F(ObjModel, WhatGeometryWouldSufferFromIsAnErrorWithItsLine) {
     EXPECT_EQ(error(std::string(square) + "f 1 2 -5\n"), "model.obj:5: " + so_far + "-5");
     EXPECT_EQ(error(std::string(square) + "f 0 1 2\n"), "model.obj:5: " + so_far + "0");
     const std::string corner = "model.obj:5: expected corners like 1, 1/2, 1//3 or 1/2/3 after f, found ";
-    for (const char* bad :
-         {"4294967297", "1.5", "1/2/3/4", "x", "--1", "1-2", "/1", "x/", "4294967297/", "1/x/", "1/2/3/", "/", "//"})
+    for (const char* bad : {"4294967297", "1.5", "1/2/3/4", "x", "--1", "+-1", "+", "1-2", "/1", "x/", "4294967297/",
+                            "1/x/", "1/2/3/", "/", "//"})
         EXPECT_EQ(error(std::string(square) + "f 1 2 " + bad + "\n"), corner + bad);
     EXPECT_EQ(error(std::string("v 0 0 0\nv \0 1 2\n", 16)), "model.obj:2: expected text, found a zero byte");
     EXPECT_EQ(error("v 0 0 0\n"), "model.obj: expected at least one triangle, found none");
