@@ -104,8 +104,12 @@ TEST_P(StructuredDamage, WrongNumbers) {
 TEST_P(Damage, Corpus) {
     const std::filesystem::path corpus = std::filesystem::path(CORPORA) / GetParam().name;
     ASSERT_TRUE(std::filesystem::is_directory(corpus)) << corpus << ": tests/fuzz/run.py makes it";
-    for (const auto& input : std::filesystem::directory_iterator(corpus))
+    int inputs = 0;
+    for (const auto& input : std::filesystem::directory_iterator(corpus)) {
         refusal(bytes_of_file(input.path()), input.path().filename().string());
+        ++inputs;
+    }
+    EXPECT_GT(inputs, 0) << corpus;
 }
 
 std::string name_of(const testing::TestParamInfo<Target>& test) {

@@ -16,6 +16,7 @@ def test_equirect_directions_and_back():
     np.testing.assert_allclose(camera.pixels(expected), np.stack([u, v], -1), atol=1e-11)
     assert camera.directions([10.5, 3.0]).shape == (3,)
     np.testing.assert_allclose(camera.directions([[32.0, 16.0]]), [[0, 0, -1]], atol=1e-15)
+    assert camera.pixel_angle_rad() == pytest.approx(2 * np.pi / 64, rel=1e-12)
 
 
 def test_perspective_directions_and_back():
@@ -25,6 +26,8 @@ def test_perspective_directions_and_back():
     np.testing.assert_allclose(camera.directions(), expected, atol=1e-15)
     np.testing.assert_allclose(camera.pixels(expected * 7), np.stack([u, v], -1), atol=1e-11)
     assert np.isnan(camera.pixels([0, 0, 1.0])).all()
+    focal_px = 20 / np.tan(np.radians(35))
+    assert (camera.focal_px(), camera.pixel_angle_rad()) == pytest.approx((focal_px, 1 / focal_px), rel=1e-12)
 
 
 def test_partial_range():
@@ -90,3 +93,9 @@ def test_display_transform():
     transform = es.DisplayTransform()
     display = transform.to_display(linear * 0.5, 1.5)
     np.testing.assert_allclose(transform.to_linear(display, 1.5), np.minimum(linear * 0.5, 1 / 1.5), atol=2e-5)
+
+
+def test_false_colours_are_warm_near_and_cold_far():
+    """On a log scale: 2 is half way from 1 to 4; 0.15 + 0.85 of the pure colour, of 255."""
+    expected = [[[255, 38, 38], [147, 255, 147], [38, 38, 255], [0, 0, 0]]]
+    np.testing.assert_array_equal(es.false_colour([[1, 2, 4, np.inf]]), expected)

@@ -7,6 +7,7 @@ import threading
 import equistream as es
 import independent
 import numpy as np
+import OpenEXR
 import pytest
 
 
@@ -50,6 +51,16 @@ def test_round_trip(file, tmp_path):
     assert repr(again.info) == repr(frame.info) and again.info.camera_pose == frame.info.camera_pose
     for name in frame:
         np.testing.assert_array_equal(again[name], frame[name])
+
+
+def test_a_single_part_has_depth_as_z_too(file, tmp_path):
+    frame = es.read_frame(file, ["colour", "depth"])
+    parts = {}
+    for single in (False, True):
+        es.write_frame(tmp_path / "a.exr", frame, single_part=single)
+        parts[single] = OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True).parts
+    assert len(parts[False]) == 2 and len(parts[True]) == 1
+    np.testing.assert_array_equal(parts[True][0].channels["Z"].pixels, frame["depth"])
 
 
 def test_converts_what_loses_nothing(tmp_path):
@@ -159,6 +170,17 @@ def test_sequences_refuse_mixtures(sphere, tmp_path):
         es.SequenceWriter(tmp_path / "out").write(frame)
     es.SequenceWriter(tmp_path / "out", overwrite=True).write(frame)
     assert es.Sequence(tmp_path / "out").indices == [1]
+
+
+def test_sequences_refuse_another_fingerprint(file, tmp_path):
+    frame = es.read_frame(file, "depth")
+    with es.SequenceWriter(tmp_path / "out", fingerprint="one scene") as writer:
+        writer.write(frame)
+    with pytest.raises(es.InputError, match="overwrite"):
+        es.SequenceWriter(tmp_path / "out", fingerprint="another scene").begin(frame.info, frame)
+    with es.SequenceWriter(tmp_path / "out", fingerprint="one scene") as writer:
+        writer.begin(frame.info, frame)
+        assert writer.keeps(1)
 
 
 def test_reading_gives_up_the_lock(tmp_path):

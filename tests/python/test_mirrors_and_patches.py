@@ -218,6 +218,21 @@ def test_spheres_and_rays_of_patches_say_the_same(frames):
     assert 0 < len(asked) <= 2 * len(info.patches.offsets_m) and {camera for camera, _ in asked} == {info.patches.sphere} == {frame.main.info.camera}
 
 
+def test_samples_of_patches_are_whole_blocks_of_spheres(frames):
+    """Each slot shows a block of one sphere, or nothing in all of its pixels."""
+    atlas = next(es.open_feed(frames, depth=True)).patches.info.patches
+    side = atlas.block_side
+    slots = atlas.samples().reshape(atlas.height // side, side, atlas.width // side, side, 3)
+    slots = slots.swapaxes(1, 2).reshape(-1, side, side, 3)
+    first = slots[:, 0, 0]
+    row, column = np.indices((side, side))
+    used = first[:, 0] >= 0
+    within = np.stack([np.zeros_like(row), column, row], axis=-1)
+    np.testing.assert_array_equal(slots[used], (first[:, None, None] + within)[used])
+    assert (slots[~used, :, :, 0] == -1).all() and (first[used, 1:] % side == 0).all()
+    assert set(first[used, 0]) == set(range(len(atlas.offsets_m)))
+
+
 def test_rays_of_patches_are_the_renderers(frames):
     """Where they end lies on what the sphere sees, or behind it: hardly anywhere in the open (what is thinner than a pixel is there)."""
     frame = next(es.open_feed(frames, depth=True))

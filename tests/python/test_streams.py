@@ -74,6 +74,8 @@ def test_motion_carries_points_to_where_they_will_be(run, sphere, tmp_path):
     for body in main[1].info.moving:
         mask = body.mask(camera.width, camera.height) == 1
         assert mask.sum() == body.pixels and len(np.unique(ids[mask])) == 1
+        depth = frame["depth"][mask]
+        assert (body.near_m, body.far_m) == pytest.approx((depth.min(), depth.max()), rel=1e-6)
         points = pose.to_world(camera.directions())[mask] * frame["depth"][mask][:, None]
         moved = np.c_[points, np.ones(len(points))] @ np.array(body.movement(1 / 30)).T
         seen = moved + np.array(pose.position_m) - np.array(later.position_m)

@@ -118,6 +118,22 @@ class BadInput(unittest.TestCase):
             self.assertTrue(report["command"].startswith(f"equistream {words[0]}"), report["command"])
             self.assertTrue(report["version"] and report["machine"]["cpu"] and report["machine"]["threads"] >= 1, words[0])
 
+    def test_a_render_has_as_many_threads_as_told(self):
+        """33 threads are at least 24 more than one."""
+        def most(threads, spp, enough=1000):
+            """Until it ends or has enough of them."""
+            words = ["render", self.scene, "--frames", "0", "--size", "512x256", "--spp", spp, "--threads", threads, "--out", self.out / f"{threads}"]
+            process, found = subprocess.Popen([BIN / "equistream", *map(str, words)], stdout=subprocess.DEVNULL), 0
+            while process.poll() is None and found < enough:
+                found = max(found, len(os.listdir(f"/proc/{process.pid}/task")))
+                time.sleep(0.002)
+            process.kill()
+            process.wait()
+            return found
+
+        few = most(1, 8)
+        self.assertGreaterEqual(most(33, 256, few + 24), few + 24)
+
     def test_frame_ranges(self):
         for bad in ("5-4", "-3-2", "a-b", "7-", "9999"):
             self.assert_refused(run("render", self.scene, f"--frames={bad}", "--out", self.out / "x"), 2, "--frames")
@@ -182,7 +198,8 @@ class BadInput(unittest.TestCase):
         made = run("scene", "generate", "empty", "--out", self.out / "scene")
         self.assertEqual(made.returncode, 0, made.stderr)
         scene = next((self.out / "scene").glob("*.json"))
-        self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2)
+        result = run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x")
+        self.assert_refused(result, 2, scene.with_suffix(".glb"), "expected at least one triangle, found none")
 
     def test_client_models(self):
         out = self.out / "model.json"

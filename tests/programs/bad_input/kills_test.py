@@ -61,13 +61,15 @@ def unfinished(folder):
     return [str(path) for path in folder.rglob("*") if is_unfinished(path.relative_to(folder))]
 
 
+def finished_files(folder):
+    """All that have a name that says so, also while others come and go."""
+    paths = (pathlib.Path(place, name) for place, _, names in os.walk(folder) for name in names if not name.startswith("."))
+    return sorted(path for path in paths if not is_unfinished(path.relative_to(folder)) and path.suffix not in (".lock", ".log", ".out"))
+
+
 def finished(folder):
-    """Bytes of all files with a name that says they are finished."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and not is_unfinished(path.relative_to(folder)) and not path.name.startswith(".") and path.suffix not in (".lock", ".log", ".out")
-    }
+    """Their bytes."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in finished_files(folder)}
 
 
 def is_at_work(place):
@@ -169,14 +171,36 @@ class Killed(unittest.TestCase):
             if is_over or RANDOM.random() < 0.3:
                 if not is_over:
                     run(*words)
-                again = finished(place)
-                self.assertEqual(again.keys(), expected.keys())
-                self.assertEqual(unfinished(place), [])
-                for file, data in again.items():
-                    self.assert_same(file, data, expected[file], f"{name} after it was resumed")
+                self.assert_is_over(place, expected, name)
                 anew += 1
                 shutil.rmtree(place)
             self.report(name, kills, found, anew, duration_s)
+        shutil.rmtree(place, ignore_errors=True)
+        self.kill_halfway(place, words, expected, None if resumes else duration_s / 2)
+        run(*words)
+        self.assert_is_over(place, expected, name)
+        self.report(name, kills + 1, found, anew + 1, duration_s)
+
+    def assert_is_over(self, place, expected, name):
+        again = finished(place)
+        self.assertEqual(again.keys(), expected.keys())
+        self.assertEqual(unfinished(place), [])
+        for file, data in again.items():
+            self.assert_same(file, data, expected[file], f"{name} after it was resumed")
+
+    def kill_halfway(self, place, words, expected, after_s):
+        """After this time, or else once half of the files are finished; anew where that was too late."""
+        for _ in range(10):
+            place.mkdir()
+            process, begun = start(*words), time.monotonic()
+            while process.poll() is None and (time.monotonic() - begun < after_s if after_s else 2 * len(finished_files(place)) < len(expected)):
+                time.sleep(0.02)
+            process.kill()
+            process.communicate()
+            if process.returncode == -signal.SIGKILL and finished(place).keys() < expected.keys():
+                return
+            shutil.rmtree(place)
+        self.fail("it was over each time before it was killed")
 
 
 class Kills(Killed):

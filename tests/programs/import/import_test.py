@@ -55,6 +55,13 @@ def multiplied(p, q):
                      w * c - x * d + y * a + z * b, w * d + x * c - y * b + z * a])
 
 
+def xyz_from_rgb(primaries, white):
+    """Of linear RGB with these chromaticities, whose white has Y = 1."""
+    whole = [np.array([x, y, 1 - x - y]) / y for x, y in (*primaries, white)]
+    columns = np.stack(whole[:3], -1)
+    return columns * np.linalg.solve(columns, whole[3])
+
+
 def unwrapped(motion, width):
     """What a renderer gives that subtracts columns without the shortest way round."""
     u = pixel_centres(motion.shape[1], motion.shape[0])[0]
@@ -516,6 +523,46 @@ class Import(unittest.TestCase):
             self.assertIn("fingerprint", result.stderr)
         self.assertFalse((self.work / "out" / "centre" / "frame.0001.exr").exists())
         self.assertEqual(run("import", *words).returncode, 0)
+
+    def test_colours_of_a_space_that_was_told_come_as_rec709(self):
+        """By the primaries that ITU-R BT.709 and BT.2020, the Academy's S-2014-004 and SMPTE ST 2065-1 publish, and Bradford's cone responses."""
+        d65, aces = (0.3127, 0.3290), (0.32168, 0.33767)
+        spaces = {"rec709": xyz_from_rgb([(0.640, 0.330), (0.300, 0.600), (0.150, 0.060)], d65),
+                  "rec2020": xyz_from_rgb([(0.708, 0.292), (0.170, 0.797), (0.131, 0.046)], d65),
+                  "acescg": xyz_from_rgb([(0.713, 0.293), (0.165, 0.830), (0.128, 0.044)], aces),
+                  "aces2065-1": xyz_from_rgb([(0.7347, 0.2653), (0.0, 1.0), (0.0001, -0.0770)], aces)}
+        cones = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+        colour = np.array([0.6, 0.3, 0.1])
+        write(self.work / "a.0000.exr", {c: np.full((HEIGHT, WIDTH), x) for c, x in zip("RGB", colour)})
+        for name, space in spaces.items():
+            result = run("import", self.work / "a.0000.exr", "--colour-space", name, "--out", self.work / name)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            white, shown = (cones @ each @ np.ones(3) for each in (space, spaces["rec709"]))
+            expected = np.linalg.solve(cones @ spaces["rec709"], shown / white * (cones @ space @ colour))
+            frame = read_frame(self.work / name / "centre/frame.0000.exr")
+            for c, x in zip("RGB", expected):
+                np.testing.assert_allclose(frame[c], x, atol=1e-3, err_msg=f"{name}: {c}")
+
+    def test_normals_of_the_camera_are_turned_with_it(self):
+        q = multiplied([np.cos(0.5), 0, np.sin(0.5), 0], [np.cos(0.2), np.sin(0.2), 0, 0])
+        (self.work / "head.csv").write_text(f"0,0,1,0,{','.join(repr(float(x)) for x in q)}\n")
+        normal = np.array([0.48, 0.36, 0.8])
+        for space, ahead in (("camera", -1), ("camera-z-forward", 1)):
+            planes = {c: np.ones((64, 96)) for c in "RGB"} | {f"N.{c}": np.full((64, 96), x) for c, x in zip("XYZ", normal * (1, 1, -ahead))}
+            write(self.work / f"{space}.0000.exr", planes)
+            result = run("import", self.work / f"{space}.0000.exr", "--fov", 40, "--channels", "normal=N.X+N.Y+N.Z", "--normals", space,
+                         "--path", self.work / "head.csv", "--out", self.work / space)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            frame = read_frame(self.work / space / "centre/frame.0000.exr")
+            for c, x in zip("XYZ", rotation(q) @ normal):
+                np.testing.assert_allclose(frame[f"normal.{c}"], x, atol=1e-6, err_msg=f"{space}: {c}")
+
+    def test_how_far_the_head_may_lean_is_in_the_frames(self):
+        write(self.work / "a.0000.exr", {c: np.ones((HEIGHT, WIDTH)) for c in "RGB"})
+        _, found = self.imported(self.work / "a.0000.exr", "--lean", 0.25)
+        frame = json.loads(PROGRAMS.run("info", found[0], "--json"))["frame"]
+        self.assertEqual(frame["lean_m"], 0.25)
+        self.assertAlmostEqual(frame["head_box_radius_m"], 0.25 + frame["ipd_m"] / 2, 9)
 
     def test_normals_of_an_unknown_camera_stay_as_they_face(self):
         """Seen from behind in a world that is turned half round: no guessed pose may turn them."""

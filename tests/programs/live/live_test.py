@@ -212,8 +212,12 @@ class Embree(Live):
         server.end()
         for viewer in viewers:
             viewer.wait_for_end()
-        windows = [frame["camera"]["longitudes_rad"] for frame in self.received(viewers[0]).tracks["window"]["frames"]]
-        self.assertAlmostEqual(sum(windows[-1]) / 2, 0.25, delta=2 * math.pi * 16 / 1024)
+        frames = self.received(viewers[0]).tracks["window"]["frames"]
+        first, last = frames[-1]["camera"]["longitudes_rad"]
+        self.assertAlmostEqual((first + last) / 2, 0.25, delta=2 * math.pi * 16 / 1024)
+        for frame in frames:  # as dense as a sphere of so many columns
+            first, last = frame["camera"]["longitudes_rad"]
+            self.assertAlmostEqual(frame["camera"]["width"] / (last - first), 1024 / (2 * math.pi), 6)
 
     def test_what_is_no_pose_changes_nothing(self):
         server = self.serve("--json")
@@ -334,6 +338,27 @@ class Embree(Live):
                 self.assertFalse(is_alive(renderer))
                 self.assertIn("viewers served 1, refused 0, dropped 0; ", printed)
                 self.assertEqual([p for p in self.folder.iterdir() if p.is_dir()], [])
+
+    def test_what_the_renderer_and_the_encoder_are_told(self):
+        place = self.begin + (0.5, 0.25, -0.5)
+        path = self.folder / "head.csv"
+        path.write_text("".join(f"{t},{','.join(repr(float(x)) for x in place)},1,0,0,0\n" for t in (0, 100)))
+        server = self.serve("--denoise", "fast", "--path", path, "--threads", 3, "--depth", "none", "--crf", 30, "--preset", "ultrafast", "--json")
+        viewer = Viewer(server)
+        viewer.wait_for_more(3)
+        words = pathlib.Path(f"/proc/{server.renderer()}/cmdline").read_bytes().split(b"\0")
+        status, printed = server.end()
+        viewer.wait_for_end()
+        self.assertEqual(status, 0, server.log.read_text())
+        self.assertEqual(words[words.index(b"--threads") + 1], b"3")
+        received = self.received(viewer)
+        self.assertEqual(list(received.tracks), ["main"])
+        np.testing.assert_allclose(received.heads(), np.broadcast_to(place, (len(received.frames), 3)), atol=1e-9)
+        self.assertEqual({frame["crf"] for frame in received.frames}, {30})
+        self.assertEqual(json.loads(printed)["live"]["crf"], 30)
+        for frame in received.frames:
+            self.assertRegex(str(frame["denoiser"]), r"Open Image Denoise 2.*, fast$")
+        self.assertTrue(b" cabac=0 " in viewer.bytes, "of x264's presets ultrafast alone goes without")
 
     def test_samples_rise_where_there_is_time(self):
         server = self.serve("--rate", 0.02, spp=4)

@@ -29,6 +29,8 @@ class BothHosts:
 
     scene_name, frame = None, 0
     options = ()
+    brightness = 0.02
+    """How far the mean of a channel may be apart, relatively: of 10^5 pixels at two samples its noise is 0.1 % in these scenes."""
 
     @classmethod
     def setUpClass(cls):
@@ -81,17 +83,25 @@ class BothHosts:
 
     def test_colour_is_as_bright(self):
         """Two samples a pixel: only the mean over the image can be compared."""
-        a, b = (colour_of(self.frames[host])[self.same].mean() for host in ("embree", "mitsuba"))
-        self.assertLess(abs(a - b), 0.15 * a)
+        for channel in "RGB":
+            a, b = (self.frames[host][channel][self.same].mean() for host in ("embree", "mitsuba"))
+            self.assertLess(abs(a - b), self.brightness * a, channel)
 
     def test_alpha_says_what_was_hit(self):
         a, b = (self.frames[host]["A"] for host in ("embree", "mitsuba"))
         inside = self.same & (np.roll(self.frames["embree"]["object_id"], 1, 1) == self.frames["embree"]["object_id"])
         self.assertGreater((np.abs(a - b)[inside] < 0.6).mean(), 0.995)
+        hit = self.frames["embree"]["object_id"] > 0
+        for low, high, mask in ((0.97, 1, self.same & hit), (0, 0.06, self.same & ~hit)):
+            if mask.any():  # some scenes are closed
+                means = a[mask].mean(), b[mask].mean()
+                self.assertTrue(low <= min(means) and max(means) <= high, means)
+                self.assertAlmostEqual(*means, delta=0.005)
 
 
 class Pavilion(BothHosts, unittest.TestCase):
     scene_name, frame = "pavilion", 30
+    brightness = 0.15  # Mitsuba's `principled` reflects more than our metal-rough materials (docs/results/mitsuba.md)
 
 
 class MovingObjects(BothHosts, unittest.TestCase):
@@ -168,9 +178,9 @@ class MirrorsGlassAndWhatIsBehind(BothHosts, unittest.TestCase):
             self.assertEqual(frame["A"][~there[host]].max(), 0)
             first = self.frames[host]["depth.Z"]
             self.assertTrue((frame["depth.Z"] > first)[there[host]].all(), host)
-        colours = [colour_of(hidden[host])[both].mean() for host in ("embree", "mitsuba")]
-        self.assertLess(abs(colours[0] - colours[1]), 0.15 * colours[0])
-
+        for channel in "RGB":
+            a, b = (hidden[host][channel][both].mean() for host in ("embree", "mitsuba"))
+            self.assertLess(abs(a - b), self.brightness * a, channel)
 
     def test_patches(self):
         """Each host plans with its own rays, which differ in the last bits."""

@@ -3,6 +3,7 @@
 usage: plain_xml_test.py BIN_DIR
 """
 
+import json
 import pathlib
 import shutil
 import sys
@@ -167,6 +168,56 @@ class PlainXml(unittest.TestCase):
             (self.root / f"{name}.csv").write_text("".join(f"{t},{x},0,0,1,0,0,0\n" for t, x in times))
             self.render(placed("sphere", x=-10, y=0, z=-8), out=name, options=["--path", self.root / f"{name}.csv", "--frames", "0"])
         self.assertEqual(*((self.root / name / "scene.glb").read_bytes() for name in keys))
+
+    BALL_IN_THE_LIGHT = ['<shape type="sphere"/>', '<emitter type="constant"/>']
+
+    def assert_a_ball_ahead(self, frame, away, unit_m=1):
+        """Of radius 1 around the origin, seen from there on the z axis, by closed form."""
+        direction = equirect_direction(*pixel_centres(128, 64), 128, 64)
+        along = -away * direction[..., 2]
+        inside = 1 - away ** 2 + along ** 2
+        hit = (inside > 0) & (along > 0)
+        self.assertGreater(hit.sum(), 20)
+        np.testing.assert_array_equal(np.isfinite(frame["depth.Z"]), hit)
+        np.testing.assert_allclose(frame["depth.Z"][hit], unit_m * (along[hit] - np.sqrt(inside[hit])), rtol=1e-4)
+
+    def told(self, out="out"):
+        return json.loads(PROGRAMS.run("info", self.root / out / "centre/frame.0000.exr", "--json"))["frame"]
+
+    def test_a_unit_of_the_xml_is_as_many_metres_as_told(self):
+        frame = self.render(*self.BALL_IN_THE_LIGHT, options=["--unit-m", 0.01])
+        self.assert_a_ball_ahead(frame, 6, 0.01)
+        np.testing.assert_allclose(self.told()["head"]["position_m"], [0, 0, 0.06], atol=1e-9)
+        self.assert_same_geometry(frame, 2)
+
+    def test_the_head_begins_at_the_sensor_of_that_number(self):
+        """Of two that are the same but for their place."""
+        sensors = SENSOR + SENSOR.replace("0,0,6", "0,0,4")
+        for number, away in ((0, 6), (1, 4)):
+            self.assert_a_ball_ahead(self.render(*self.BALL_IN_THE_LIGHT, sensor=sensors, options=["--sensor", number], out=str(number)), away)
+            np.testing.assert_allclose(self.told(str(number))["head"]["position_m"], [0, 0, away], atol=1e-6)
+
+    def test_the_axis_that_was_told_becomes_up_whatever_the_sensors_is(self):
+        """From z = 6 the ball lies below where z is up, and above where -z is."""
+        for axis, towards, away, sign in (("z", -1, 0, 1), ("-z", 0, -1, -1)):
+            depth = self.render(*self.BALL_IN_THE_LIGHT, options=["--up", axis], out=axis)["depth.Z"]
+            np.testing.assert_allclose(depth[towards], 5, atol=0.02)
+            self.assertTrue(np.isinf(depth[away]).all())
+            np.testing.assert_allclose(self.told(axis)["head"]["position_m"], [0, sign * 6, 0], atol=1e-6)
+
+    def test_where_the_head_may_lean_is_in_the_frames_and_in_the_exported_scene(self):
+        for out, options in (("still", []), ("out", ["--lean", 2])):
+            self.render(*self.BALL_IN_THE_LIGHT, out=out, options=options)
+        self.assertEqual((self.told("still")["lean_m"], self.told()["lean_m"]), (0, 2))
+        self.assertEqual(json.loads((self.root / "out/scene.json").read_text())["head_box"]["lean_m"], 2)
+        still, leaning = ((self.root / out / "scene.glb").stat().st_size for out in ("still", "out"))
+        self.assertGreater(leaning, 1.2 * still)  # which is as fine as the nearest place of the head wants
+
+    def test_the_scene_alone_is_that_of_a_run_with_frames(self):
+        self.render(*self.BALL_IN_THE_LIGHT)
+        PROGRAMS.run("render", self.root / "scene.xml", "--host", "mitsuba", *SIZE, "--spp", 4, "--scene-only", "--out", self.root / "alone")
+        files = {file.name: file.read_bytes() for file in (self.root / "alone").iterdir()}
+        self.assertEqual(files, {name: (self.root / "out" / name).read_bytes() for name in ("scene.glb", "scene.json")})
 
     def test_a_refused_run_leaves_the_geometry_of_the_frames_that_are_there(self):
         self.render(placed("cube", x=0, y=0))

@@ -130,6 +130,24 @@ class Standards(unittest.TestCase):
         for channel in plain:
             np.testing.assert_array_equal(plain[channel], ods[channel], channel)
 
+    def test_a_file_has_one_part_for_readers_of_the_first_where_told(self):
+        scene = PROGRAMS.scene("furnace", self.root / "scene")
+        parts = {}
+        for out, options in (("two", []), ("one", ["--single-part"])):
+            file = self.render(scene, out, "--spp", 1, "--aovs", "depth", *options) / "centre/frame.0000.exr"
+            parts[out] = OpenEXR.File(str(file), separate_channels=True).parts
+        self.assertEqual([len(parts["two"]), len(parts["one"])], [2, 1])
+        np.testing.assert_array_equal(parts["one"][0].channels["Z"].pixels, parts["two"][1].channels["depth.Z"].pixels)
+        self.assertLessEqual(set("RGBA"), set(parts["one"][0].channels))
+
+    def balls(self, model):
+        """Of furnace, around the camera: the centre of each, its name and its material's."""
+        data = model.read_bytes()
+        gltf = json.loads(data[20:20 + struct.unpack_from("<I", data, 12)[0]])
+        for node in gltf["nodes"]:
+            material = gltf["meshes"][node["mesh"]]["primitives"][0]["material"]
+            yield np.array(node["matrix"][12:15]), node["name"], gltf["materials"][material]["name"]
+
     def test_cryptomatte_covers_what_the_samples_met(self):
         scene = PROGRAMS.scene("furnace", self.root / "scene")
         spp = 64
@@ -137,8 +155,14 @@ class Standards(unittest.TestCase):
         file = out / "centre/frame.0000.exr"
         frame = read_frame(file)
         header = OpenEXR.File(str(file)).parts[0].header
-        objects = {}
-        for kind, key in (("CryptoObject", "3ae39a5"), ("CryptoMaterial", "be359d6")):
+        shown = {"CryptoObject": {}, "CryptoMaterial": {}}
+        for place, name, material in self.balls(scene.with_suffix(".glb")):
+            column, row = (int(x) for x in equirect_pixel(place, WIDTH, HEIGHT))
+            column %= WIDTH  # one lies on the seam
+            shown["CryptoObject"][frame["object_id"][row, column]] = name
+            shown["CryptoMaterial"][frame["material_id"][row, column]] = material
+        self.assertEqual([len(names) for names in shown.values()], [6, 3])
+        for kind, key, plane in (("CryptoObject", "3ae39a5", "object_id"), ("CryptoMaterial", "be359d6", "material_id")):
             said = {name.split("/")[2]: text for name, text in header.items() if name.startswith(f"cryptomatte/{key}/")}
             self.assertEqual(said["name"], kind)
             self.assertEqual((said["hash"], said["conversion"]), ("MurmurHash3_32", "uint32_to_float32"))
@@ -159,15 +183,15 @@ class Standards(unittest.TestCase):
             found = {float(value) for value in np.unique(pairs[0][0][pairs[0][1] > 0])}
             self.assertTrue(found)
             self.assertTrue(all(np.float32(value) in ids for value in found))
-            if kind == "CryptoObject":
-                objects = {value: sum(np.where(i == np.float32(value), c, 0) for i, c in pairs) for value in found}
-        # Where all samples met one object, the pixel's centre shows it; the mean over the object's pixels is its solid share.
-        for coverage in objects.values():
-            whole = coverage == 1
-            self.assertLessEqual(len(np.unique(frame["object_id"][whole])), 1)
-            if whole.any():
-                number = frame["object_id"][whole].flat[0]
-                self.assertAlmostEqual(coverage.mean(), np.mean(frame["object_id"] == number), delta=0.01)
+            # Where all samples met one thing, the pixel's centre shows it, and the matte has its name.
+            whole = pairs[0][1] == 1
+            self.assertEqual(set(np.unique(frame[plane][whole])), set(shown[kind]))
+            for number, name in shown[kind].items():
+                value, = np.unique(pairs[0][0][whole & (frame[plane] == number)])
+                self.assertEqual(ids[value], name)
+                # The mean of its coverage over the picture is its solid share.
+                coverage = sum(np.where(i == value, c, 0) for i, c in pairs)
+                self.assertAlmostEqual(coverage.mean(), np.mean(frame[plane] == number), delta=0.01)
 
 
 if __name__ == "__main__":

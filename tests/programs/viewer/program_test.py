@@ -175,12 +175,18 @@ class Program(Viewing):
             self.assertTrue((self.out / "head.0001.csv").exists())
 
     def test_it_ends_by_itself(self):
-        viewer = self.by_geometry("--seconds", "1")
-        self.assertEqual(viewer.end(), (0, ""))
+        self.assert_ends_after_a_second(lambda: self.by_geometry("--seconds", "1"))
 
     def test_without_a_source_it_ends_by_itself_too(self):
-        viewer = self.view("--seconds", "1", source="")
+        self.assert_ends_after_a_second(lambda: self.view("--seconds", "1", source=""))
+
+    def assert_ends_after_a_second(self, start):
+        begun = time.monotonic()
+        viewer = start()
+        shown = time.monotonic()
         self.assertEqual(viewer.end(), (0, ""))
+        self.assertGreater(time.monotonic() - begun, 1)
+        self.assertLess(time.monotonic() - shown, 30)
 
     def refused(self, environment, *words):
         result = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", "view", *words]], env=environment, capture_output=True, text=True)

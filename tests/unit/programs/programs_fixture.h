@@ -51,9 +51,9 @@ protected:
         return info;
     }
 
-    /// Frames whose display-referred picture is synthetic::picture of their index.
+    /// Frames whose display-referred picture is synthetic::picture of their index and `ahead`.
     void render(const std::string& name, int width, int height, std::int64_t first, std::int64_t last,
-                Eye eye = Eye::centre, std::uint64_t seed = 1000) const {
+                Eye eye = Eye::centre, std::uint64_t seed = 1000, std::int64_t ahead = 0) const {
         std::filesystem::create_directories(folder / name);
         const DisplayTransform display;
         for (std::int64_t index = first; index <= last; ++index) {
@@ -61,7 +61,7 @@ protected:
             frame.info = info(width, height, index, eye);
             frame.info.seed = seed;
             const FloatImage linear = display.to_linear(
-                widen_8bit(synthetic::picture(width, height, index).view()).view(), frame.info.exposure);
+                widen_8bit(synthetic::picture(width, height, index + ahead).view()).view(), frame.info.exposure);
             FloatImage colour(width, height, 4, 1.0f);
             for (int y = 0; y < height; ++y)
                 for (int x = 0; x < width; ++x)

@@ -3,6 +3,7 @@
 #include <client/fill/fill.h>
 #include <client/receive/receive.h>
 #include <client/warp/engine.h>
+#include <equistream/elapsed.h>
 
 #include <Imath/half.h>
 
@@ -106,9 +107,148 @@ TEST_F(Clients, FieldsOfViewNeedNotBeSymmetric) {
     }
 }
 
+/// An asymmetric view equals its part of a larger symmetric one, which reaches as far as the left eye's left and lower
+/// edges: they are the farthest from its axis.
+TEST_F(Clients, FieldsOfViewThatAreNotSymmetricShowTheirPartOfOneThatIs) {
+    es_client_settings judged = settings();
+    judged.confidence = 1;
+    Client client(judged);
+    es_client_request request = client.request(300, 300, 1.5);
+    request.eyes[0].fov = {-0.9, 0.6, 0.5, -0.7};
+    request.eyes[1].fov = {-0.6, 0.8, 0.4, -0.6};
+    ClientPicture parts[2], wholes[2];
+    client.render(request, parts);
+    const double focal_px = parts[0].width / (std::tan(parts[0].fov.right) - std::tan(parts[0].fov.left));
+    const auto pixels_to = [&](double angle) { return int(std::lround(focal_px * std::tan(angle))); };
+    const int width = -2 * pixels_to(parts[0].fov.left), height = -2 * pixels_to(parts[0].fov.down);
+    client.render(client.request(width, height, 2 * std::atan(0.5 * width / focal_px)), wholes);
+    for (int i = 0; i < 2; ++i) {
+        SCOPED_TRACE(i);
+        const ClientPicture &part = parts[i], &whole = wholes[i];
+        const int left = width / 2 + pixels_to(part.fov.left), top = height / 2 - pixels_to(part.fov.up);
+        EXPECT_GT(left + top, 40);
+        ASSERT_EQ(whole.width, width);
+        ASSERT_EQ(whole.height, height);
+        ASSERT_TRUE(left >= 0 && left + part.width <= width);
+        ASSERT_TRUE(top >= 0 && top + part.height <= height);
+        int other_colours = 0, other_depths = 0, other_confidences = 0;
+        for (int y = 0; y < part.height; ++y)
+            for (int x = 0; x < part.width; ++x) {
+                const std::size_t p = std::size_t(y) * std::size_t(part.width) + std::size_t(x),
+                                  q = std::size_t(top + y) * std::size_t(width) + std::size_t(left + x);
+                other_colours += !std::equal(&part.rgba[4 * p], &part.rgba[4 * p] + 4, &whole.rgba[4 * q]);
+                other_confidences += part.confidence[p] != whole.confidence[q];
+                const float found = part.depth_m[p], want = whole.depth_m[q];
+                other_depths += !(found == want || std::abs(found - want) < 1e-5f * want ||
+                                  (std::isnan(found) && std::isnan(want)));
+            }
+        EXPECT_LT(other_colours, 10) << "of " << part.width << "x" << part.height;
+        EXPECT_LT(other_depths, 10);
+        EXPECT_LT(other_confidences, 10);
+    }
+}
+
+TEST_F(Clients, FillGapsByThePassesThatWereAskedFor) {
+    es_client_settings unfilled = settings(), filled = settings();
+    unfilled.fill = "none";
+    filled.fill = "pushpull";
+    Client leaving(unfilled), filling(filled);
+    es_client_request request = leaving.request(320, 200, pi / 2);
+    request.head.position_m[0] = 0.02;
+    ClientPicture open[2], closed[2];
+    leaving.render(request, open);
+    filling.render(request, closed);
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_GT(std::ranges::count(open[i].origin, ES_ORIGIN_GAP), 50);
+        for (std::size_t p = 0; p < open[i].origin.size(); ++p) {
+            const bool is_gap = open[i].origin[p] == ES_ORIGIN_GAP;
+            ASSERT_EQ(open[i].rgba[4 * p + 3], is_gap ? 0 : 255) << p;
+            ASSERT_EQ(int(closed[i].origin[p]), is_gap ? int(ES_ORIGIN_PUSH_PULL) : int(open[i].origin[p])) << p;
+        }
+    }
+}
+
+/// One in a room's floor, from beside the place that it was rendered from: it shows another part of the room there.
+TEST_F(Clients, ShowMirrorsAsTheyWereAskedTo) {
+    const MirrorView main(EquirectCamera{1024, 512, {}}, {});
+    Frame frame;
+    frame.info.camera = main.picture.camera;
+    frame.planes["colour"] = linear_colour(main.picture.rgb);
+    frame.planes["depth"] = main.picture.depth_m;
+    frame.planes["specular"] = main.specular;
+    frame.planes["virtual_depth"] = main.image_m;
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder / "centre");
+    write_exr(folder / "centre" / frame_file_name(0), frame);
+    Manifest manifest;
+    manifest.shared = frame.info;
+    manifest.planes = {"colour", "depth", "specular", "virtual_depth"};
+    write_manifest(folder / "centre", manifest);
+
+    const Pose pose{{0.1, 0.08, 0.02}, yaw_pitch(0.05, -0.5)};
+    const MirrorView truth(PerspectiveCamera{320, 240, pi / 2}, pose);
+    struct Seen {
+        int gaps = 0, pixels = 0;
+        double squares = 0;
+        double share_of_gaps() const { return double(gaps) / pixels; }
+        double mean_square() const { return squares / (pixels - gaps); }
+    };
+    const auto mirror_as = [&](const char* treatment) {
+        es_client_settings mirrored = settings();
+        mirrored.fill = "none";
+        mirrored.mirrors = treatment;
+        Client client(mirrored);
+        es_client_request request = client.request(320, 240, pi / 2);
+        const glm::dquat& q = pose.orientation;
+        request.head = {{pose.position_m.x, pose.position_m.y, pose.position_m.z}, {q.w, q.x, q.y, q.z}};
+        for (es_eye_view& eye : request.eyes)
+            eye.in_head.position_m[0] = 0;
+        ClientPicture eyes[2];
+        client.render(request, eyes);
+        Seen seen;
+        for (std::size_t p = 0; p < eyes[0].origin.size(); ++p) {
+            if (truth.specular.samples()[p] < 0.5f)
+                continue;
+            ++seen.pixels;
+            seen.gaps += eyes[0].origin[p] == ES_ORIGIN_GAP;
+            for (std::size_t c = 0; c < 3 && eyes[0].origin[p] != ES_ORIGIN_GAP; ++c)
+                seen.squares += std::pow(double(eyes[0].rgba[4 * p + c]) - truth.picture.rgb.samples()[3 * p + c], 2);
+        }
+        return seen;
+    };
+    const Seen painted = mirror_as("surface"), opened = mirror_as("gaps"), by_image = mirror_as("images");
+    EXPECT_LT(painted.share_of_gaps(), 0.02);
+    EXPECT_GT(opened.share_of_gaps(), 0.5);
+    EXPECT_LT(by_image.share_of_gaps(), 0.2);
+    EXPECT_LT(by_image.mean_square(), 0.25 * painted.mean_square());
+    EXPECT_EQ(mirror_as(nullptr).squares, by_image.squares) << "the default";
+}
+
+TEST_F(Clients, SayOfTheirSourceWhatItsFirstFrameSays) {
+    const Pose pose{{0.25, 1.5, -0.5}, {0.6, 0, 0.8, 0}};
+    write_frame(1, pose);
+    std::filesystem::remove(folder / "centre" / frame_file_name(0));
+    Client client(settings());
+    const es_client_source source = client.source();
+    EXPECT_NEAR(source.first_time_s, 1 / 30.0, 1e-9);
+    EXPECT_EQ(source.frames_per_second, 30);
+    EXPECT_NEAR(source.head_box_radius_m, 0.063 / 2, 1e-12) << "both eyes of a head that does not move";
+    ClientPicture eyes[2];
+    const es_client_state state = client.render(client.request(32, 24, 1.5), eyes);
+    EXPECT_EQ(state.frame, 1);
+    EXPECT_NEAR(state.time_s, 1 / 30.0, 1e-9);
+    for (const es_pose& head : {source.first_head, state.head}) {
+        for (int i = 0; i < 3; ++i)
+            EXPECT_NEAR(head.position_m[i], pose.position_m[i], 1e-6);
+        EXPECT_NEAR(head.orientation_wxyz[0], 0.6, 1e-6);
+        EXPECT_NEAR(head.orientation_wxyz[2], 0.8, 1e-6);
+    }
+}
+
 TEST_F(Clients, GoThroughARecordedSourceAndSeek) {
     es_client_settings playing = settings();
     playing.paused = 0;
+    const auto start = Clock::now();
     Client client(playing);
     es_client_request request = client.request(32, 24, 1.5);
     ClientPicture eyes[2];
@@ -117,11 +257,22 @@ TEST_F(Clients, GoThroughARecordedSourceAndSeek) {
     for (int i = 0; i < 2000 && !state.is_over; ++i) {
         request.display_s += 1.0 / 60;
         state = client.render(request, eyes);
+        EXPECT_NEAR(state.fraction_done, (double(state.frame) + 1) / frame_count, 1e-12);
+        EXPECT_EQ(state.overdue_s, 0);
+        EXPECT_EQ(state.playout_delay_s, 0);
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     EXPECT_TRUE(state.is_over);
     EXPECT_EQ(state.frame, frame_count - 1);
-    EXPECT_EQ(client.statistics().frames_shown, frame_count);
+    const es_client_statistics read = client.statistics();
+    EXPECT_EQ(read.frames_shown, frame_count);
+    std::uintmax_t bytes = 0;
+    for (int index = 0; index < frame_count; ++index)
+        bytes += std::filesystem::file_size(folder / "centre" / frame_file_name(index));
+    EXPECT_EQ(read.bytes_received, std::int64_t(bytes));
+    EXPECT_EQ(read.reconnections, 0);
+    EXPECT_GT(read.decode_ms, 0);
+    EXPECT_LT(read.decode_ms * frame_count, milliseconds_since(start)) << "the mean of frames read one by one";
     client.seek(1 / 30.0);
     for (int i = 0; i < 2000 && state.frame != 1; ++i) {
         request.display_s += 1e-3;
@@ -129,6 +280,7 @@ TEST_F(Clients, GoThroughARecordedSourceAndSeek) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     EXPECT_EQ(state.frame, 1);
+    EXPECT_NEAR(state.fraction_done, 2.0 / frame_count, 1e-12);
 }
 
 TEST_F(Clients, ConfidenceIsThereWhereItWasAskedFor) {
@@ -191,6 +343,10 @@ TEST_F(ClientSettings, ThatAreWrongAreRefusedByName) {
     expect([](auto& s) { s.max_extrapolation_s = std::nan(""); },
            "max_extrapolation_s: expected a number from 0 to 1, found nan");
     expect([](auto& s) { s.mirrors = "always"; }, "mirrors: expected images, gaps or surface, found 'always'");
+    expect([](auto& s) { s.exposure_stops = -1; },
+           folder.string() +
+               ": expected an HDR stream, as HDR options are given, found a folder of frames; leave these "
+               "out");
 }
 
 /// Of fields, not of the programs' options by which the same stages are chosen.

@@ -91,14 +91,7 @@ TEST_F(ClientFailures, WithoutItsDepthAFrameIsTurnedAlone) {
 
 /// OpenColorIO reads numbers by C++ streams, and divides by zero.
 TEST_F(ClientFailures, HdrIsShownToAHostWithALocaleAndTraps) {
-    const FloatImage grey(128, 64, 3, 0.5f);
-    StreamSettings hdr;
-    hdr.transfer = Transfer::pq;
-    hdr.preset = "ultrafast";
-    hdr.tracks = {{TrackRole::main, grey.width(), grey.height()}};
-    StreamWriter writer(file, hdr);
-    writer.write_pq(TrackRole::main, grey.view(), synthetic::info(grey.width(), grey.height(), 0));
-    writer.finish();
+    write_hdr(file, 0.5f);
     const testing::CommaLocale of_host;
     constexpr int traps = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;
     feenableexcept(traps);
@@ -107,6 +100,11 @@ TEST_F(ClientFailures, HdrIsShownToAHostWithALocaleAndTraps) {
     EXPECT_EQ(fedisableexcept(traps), traps) << "they are the host's again";
     EXPECT_EQ(look.problem, "");
     EXPECT_EQ(look.state.frame, 0);
+}
+
+TEST_F(ClientFailures, HdrIsShownAtTheExposureThatWasAskedFor) {
+    write_hdr(file, 0.5f);
+    expect_exposure_by_stops(settings);
 }
 
 /// Frames of a second each: they are not extrapolated for that long.

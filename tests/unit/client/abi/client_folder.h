@@ -26,6 +26,14 @@ protected:
         for (int index = 1; index < frame_count; ++index)
             write_again(index);
     }
+    static FloatImage linear_colour(const ByteImage& rgb) {
+        FloatImage colour(rgb.width(), rgb.height(), 4);
+        for (int y = 0; y < rgb.height(); ++y)
+            for (int x = 0; x < rgb.width(); ++x)
+                for (int c = 0; c < 4; ++c)
+                    colour.pixel(x, y)[c] = c == 3 ? 1.0f : srgb_to_linear(float(rgb.pixel(x, y)[c]) / 255);
+        return colour;
+    }
     /// As seen from `pose`.
     void write_frame(int index, const Pose& pose) {
         const EquirectCamera camera{columns, columns / 2, {}};
@@ -35,12 +43,7 @@ protected:
         frame_.info.frames_per_second = 30;
         frame_.info.ipd_m = 0.063;
         frame_.info.scene = "room";
-        FloatImage colour(camera.width, camera.height, 4);
-        for (int y = 0; y < camera.height; ++y)
-            for (int x = 0; x < camera.width; ++x)
-                for (int c = 0; c < 4; ++c)
-                    colour.pixel(x, y)[c] = c == 3 ? 1.0f : srgb_to_linear(float(seen.rgb.pixel(x, y)[c]) / 255);
-        frame_.planes["colour"] = std::move(colour);
+        frame_.planes["colour"] = linear_colour(seen.rgb);
         frame_.planes["depth"] = seen.depth_m;
         write_again(index);
     }

@@ -213,6 +213,46 @@ TEST_F(GlClients, TexturesAreOfTheLastPicturesDrawnOrRendered) {
     EXPECT_EQ(rendered.height[1], 50);
 }
 
+/// Eyes that are not symmetric, so that neither picture fills its layer. The wall is 3 m ahead.
+TEST_F(GlClients, TexturesHoldThePicturesWhereTheySay) {
+    const std::string scene = write_scene();
+    for (const char* const with : {static_cast<const char*>(nullptr), scene.c_str()}) {
+        SCOPED_TRACE(with == nullptr ? "the stream's own depth" : "a scene's");
+        es_client_settings wanted = settings(ES_BACKEND_OPENGL);
+        wanted.scene = with;
+        Client client(wanted);
+        es_client_request request = client.request(160, 100, pi / 2);
+        request.eyes[0].fov = {-0.9, 0.6, 0.5, -0.7};
+        request.eyes[1].fov = {-0.6, 0.8, 0.4, -0.6};
+        ClientPicture eyes[2];
+        client.render(request, eyes);
+        const es_gl_textures textures = client.textures();
+        EXPECT_GT(textures.x[1], 10);
+        EXPECT_GT(textures.y[1], 10);
+        for (int i = 0; i < 2; ++i) {
+            SCOPED_TRACE(i);
+            ASSERT_EQ(textures.width[i], eyes[i].width);
+            ASSERT_EQ(textures.height[i], eyes[i].height);
+            std::vector<std::uint8_t> colours(eyes[i].rgba.size());
+            glGetTextureSubImage(textures.colour, 0, textures.x[i], textures.y[i], i, eyes[i].width, eyes[i].height, 1,
+                                 GL_RGBA, GL_UNSIGNED_BYTE, GLsizei(colours.size()), colours.data());
+            EXPECT_TRUE(colours == eyes[i].rgba);
+            float corner = 0;
+            glGetTextureSubImage(textures.inverse_depth, 0, textures.x[i], textures.y[i], i, 1, 1, 1,
+                                 with == nullptr ? GL_RED : GL_DEPTH_COMPONENT, GL_FLOAT, sizeof corner, &corner);
+            EXPECT_NEAR(corner * textures.inverse_depth_scale, 1 / 3.0, 1e-3);
+        }
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    }
+}
+
+TEST_F(GlClients, ShowHdrAtTheExposureThatWasAskedFor) {
+    const synthetic::Folder streams;
+    const std::string file = streams / "a.mkv";
+    write_hdr(file, 0.5f);
+    expect_exposure_by_stops(client_settings(file.c_str(), ES_BACKEND_OPENGL));
+}
+
 TEST_F(GlClients, HaveNoTexturesOfPicturesThatCouldNotBeDrawn) {
     Client client(settings(ES_BACKEND_OPENGL));
     const HostPicture host({330, 100});

@@ -1,4 +1,5 @@
 /// A client of the library and a live server: frames come to the one, the head's poses to the other.
+#include <tests/unit/client/view/paced_server.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 #include <tests/unit/silent_server.h>
 
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <thread>
 
@@ -65,6 +67,50 @@ TEST(LiveClients, ShowWhatAServerSendsAndTellItWhereTheHeadIs) {
     ASSERT_TRUE(told->view);
     EXPECT_NEAR(told->view->half_width, expected.view->half_width, 1e-12);
     EXPECT_NEAR(told->view->half_height, expected.view->half_height, 1e-12);
+}
+
+/// Display times of the test's own may run ahead of the clock: nothing comes meanwhile.
+TEST(LiveClients, SayForHowLongNothingHasComeAndThatTheServerCameBack) {
+    constexpr int pictures = 24;
+    const std::vector<std::vector<char>> parts = coded(pictures);
+    std::int64_t bytes = 0;
+    for (const std::vector<char>& part : parts)
+        bytes += std::int64_t(part.size());
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    const std::string address = server.address();
+    const auto start = Clock::now();
+    Client client(address.c_str());
+    ClientPicture eyes[2];
+    es_client_request request = client.request(16, 12, 1.5);
+    const auto look_until = [&](const std::function<bool(const es_client_state&)>& is_so) {
+        es_client_state state{};
+        while (seconds_since(start) < 60) {
+            request.display_s = client.now_s();
+            state = client.render(request, eyes);
+            if (is_so(state))
+                return state;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        ADD_FAILURE() << "nothing came of it within a minute";
+        return state;
+    };
+    const es_client_state silent = look_until([](const es_client_state& state) { return state.overdue_s > 1; });
+    EXPECT_LT(silent.overdue_s, seconds_since(start));
+    request.display_s += 0.25;
+    EXPECT_NEAR(client.render(request, eyes).overdue_s, silent.overdue_s + 0.25, 1e-9);
+    EXPECT_GE(silent.playout_delay_s, 0.005);
+    EXPECT_LE(silent.playout_delay_s, 0.25);
+    EXPECT_EQ(silent.fraction_done, 0) << "the end is not known";
+    EXPECT_EQ(client.statistics().reconnections, 0);
+    EXPECT_GT(client.statistics().bytes_received, 0);
+    EXPECT_LT(client.statistics().bytes_received, bytes / 2);
+    server.close();
+    look_until([](const es_client_state& state) { return state.is_lost != 0; });
+    server.give(parts, 0, pictures);
+    server.end();
+    look_until([&](const es_client_state&) { return client.statistics().reconnections > 0; });
+    EXPECT_EQ(client.statistics().reconnections, 1);
 }
 
 }  // namespace

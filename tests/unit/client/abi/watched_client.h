@@ -3,6 +3,7 @@
 #include <tests/unit/plugin/stream/depth_stream.h>
 
 #include <equistream/client.hpp>
+#include <equistream/rec709.h>
 
 #include <chrono>
 #include <cstdint>
@@ -41,6 +42,18 @@ inline void write_with(const std::string& file, const Faults& faults) {
         if (!faults.lost_depth.contains(index))
             writer.write_depth(TrackRole::depth, depth_of(index).view(), depth);
     }
+    writer.finish();
+}
+
+/// One frame of PQ, all of the same grey.
+inline void write_hdr(const std::string& file, float grey_pq) {
+    const FloatImage grey(128, 64, 3, grey_pq);
+    StreamSettings hdr;
+    hdr.transfer = Transfer::pq;
+    hdr.preset = "ultrafast";
+    hdr.tracks = {{TrackRole::main, grey.width(), grey.height()}};
+    StreamWriter writer(file, hdr);
+    writer.write_pq(TrackRole::main, grey.view(), synthetic::info(grey.width(), grey.height(), 0));
     writer.finish();
 }
 
@@ -90,6 +103,21 @@ public:
     es_client_request request;
     ClientPicture eyes[2];
 };
+
+/// A stop less of exposure halves the light that is shown.
+inline void expect_exposure_by_stops(es_client_settings settings) {
+    const auto light_at = [&](double stops) {
+        settings.exposure_stops = stops;
+        WatchedClient watched(settings);
+        EXPECT_EQ(watched.look().problem, "");
+        const std::vector<std::uint8_t>& rgba = watched.eyes[1].rgba;
+        return double(srgb_to_linear(float(rgba[rgba.size() / 8 * 4 + 1]) / 255));
+    };
+    const double light = light_at(0);
+    EXPECT_GT(light, 0.3);
+    EXPECT_LT(light, 0.6);
+    EXPECT_NEAR(light_at(-1) / light, 0.5, 0.03);
+}
 
 inline std::vector<std::int64_t> frames_of(const std::vector<Look>& seen) {
     std::vector<std::int64_t> frames;

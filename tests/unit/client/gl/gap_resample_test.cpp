@@ -180,8 +180,7 @@ TEST_F(GlPasses, LeaveWhatOtherPicturesDoNotSeeAsTheCpuDoes) {
                  {Pose{{0.3, 0, 0}, yaw_pitch(0.2, 0)}, Pose{{0.2, 0.05, 0}, yaw_pitch(0.1, 0.1)}});
 }
 
-/// Components of any shape: what the CPU's fill pass fills by direction shows which gaps it took for wide.
-TEST_F(GlPasses, TakeForWideWhatTheCpuTakes) {
+TEST_F(GlPasses, FillGapsOfAnyShapeByDirectionAsTheCpuDoes) {
     std::mt19937 random(11);
     const Rendered rendered = render(wall_alone, red_and_smooth, PerspectiveCamera{80, 50, pi / 2}, Pose{});
     SourceView small = rendered.source(0.063);

@@ -273,6 +273,7 @@ TEST(Mirror, ShowsTheSunsDiscAndALampUndimmed) {
     EXPECT_NEAR(scene.look({-1, 1, 0}, {1, -1, 0}, 4).mean.y, 0, 1e-9);  // passes beside the lamp
     EXPECT_NEAR(scene.look({-2, 2, 0}, {1, -1, 0}, 4).mean.y, 0, 1e-9);
     EXPECT_NEAR(scene.look({-1.9f, 1, 0}, {1, -1, 0}, 4).mean.y, 0, 1e-9);
+    EXPECT_NEAR(scene.look({-2.5f, 1, 0.2f}, {1, -1, 0}, 4).mean.y, fresnel * 3, 1e-3);  // half way to its edge
     scene.lights.sun.emplace(glm::vec3(1, 1, 0), glm::vec3(0.001f), 0.00465f);
     EXPECT_NEAR(scene.look({-6, 1, 0}, {1, -1, 0}, 4).mean.y, fresnel * scene.lights.sun->radiance.y, 1e-3);
 }

@@ -200,6 +200,7 @@ TEST(HardwareDecoding, OtherPicturesStay) {
 
 TEST(HardwareDecoding, GivesTheSamePicturesOrLeavesThemToSoftware) {
     const synthetic::Folder folder;
+    bool is_by_hardware = false;
     for (const Codec codec : {Codec::h264, Codec::h265}) {
         synthetic::Made made = synthetic::small_stream(codec, true);
         const auto file = folder / "a.mkv";
@@ -210,6 +211,7 @@ TEST(HardwareDecoding, GivesTheSamePicturesOrLeavesThemToSoftware) {
             ASSERT_TRUE(found);
             EXPECT_EQ(expected->decoder, "software");
             EXPECT_FALSE(found->decoder.empty());
+            is_by_hardware = is_by_hardware || found->decoder != "software";
             ASSERT_FALSE(found->yuv.empty());
             EXPECT_EQ(found->info->index, expected->info->index);
             for (const auto plane : {&YuvView::y, &YuvView::cb, &YuvView::cr})
@@ -221,6 +223,8 @@ TEST(HardwareDecoding, GivesTheSamePicturesOrLeavesThemToSoftware) {
         }
         EXPECT_FALSE(asked.next());
     }
+    if (!is_by_hardware)
+        GTEST_SKIP() << "no hardware decodes H.264 or H.265 here: software alone was compared";
 }
 
 }  // namespace

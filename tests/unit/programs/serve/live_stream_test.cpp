@@ -246,27 +246,33 @@ TEST(LiveStreams, EndWhatWasBegunBeforeTheyPassOverTheRest) {
     EXPECT_EQ(stream.spheres_missed(), 1);
 }
 
-/// Clients find their own poses again in what was rendered for them; a gaze is foretold.
+/// Clients find their own poses again in what was rendered for them. A gaze is foretold, but not of poses of long ago:
+/// a busy machine may say them too slowly, and then another viewer tries again.
 TEST(LiveStreams, AreSteeredByPosesAsTheyWereSaid) {
-    LiveStream stream([] {});
-    const auto feed = stream.open_feed();
-    EXPECT_FALSE(stream.steering());
-    Pose said;
-    for (int i = 0; i < 4; ++i) {
-        said = {{0.01 * i, 0, 0}, glm::angleAxis(0.1 * i, glm::dvec3(0, 1, 0))};
-        const auto message = encode_viewer_pose({0, said, {}});
-        feed->hear({reinterpret_cast<const char*>(message.data()), message.size()});
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    for (int tries = 0; tries < 100; ++tries) {
+        LiveStream stream([] {});
+        const auto feed = stream.open_feed();
+        EXPECT_FALSE(stream.steering());
+        const auto start = Clock::now();
+        Pose said;
+        for (int i = 0; i < 4; ++i) {
+            said = {{0.01 * i, 0, 0}, glm::angleAxis(0.1 * i, glm::dvec3(0, 1, 0))};
+            const auto message = encode_viewer_pose({0, said, {}});
+            feed->hear({reinterpret_cast<const char*>(message.data()), message.size()});
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        const std::optional<Pose> steering = stream.steering();
+        ASSERT_TRUE(steering);
+        EXPECT_EQ(steering->position_m, said.position_m);
+        EXPECT_EQ(steering->orientation, said.orientation);
+        const double said_x = (said.orientation * glm::dvec3(0, 0, -1)).x;
+        const double foretold_x = stream.gaze(0.1)->x;
+        if (seconds_since(start) < 0.15) {
+            EXPECT_LT(foretold_x, said_x) << "it turns on to the left";
+            return;
+        }
     }
-    const std::optional<Pose> steering = stream.steering();
-    ASSERT_TRUE(steering);
-    EXPECT_EQ(steering->position_m, said.position_m);
-    EXPECT_EQ(steering->orientation, said.orientation);
-    const double said_x = (said.orientation * glm::dvec3(0, 0, -1)).x;
-    const double foretold_x = stream.gaze(0.1)->x;
-    if (stream.steering_age_s() < 0.15) {  // of a pose of long ago nothing is foretold
-        EXPECT_LT(foretold_x, said_x) << "it turns on to the left";
-    }
+    FAIL() << "no four poses were said within 0.15 s";
 }
 
 /// A head that had turned away between two questions left no gaze at all, and their mean was no direction.

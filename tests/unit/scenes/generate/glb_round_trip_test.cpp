@@ -124,13 +124,18 @@ TEST_F(GlbRoundTrip, ParentsKeepTheirChildrenInPlace) {
     out.objects[1].parent = 0;
     const SceneModel in = read_back(out);
     ASSERT_EQ(in.objects.size(), out.objects.size());
+    for (std::size_t i = 0; i < out.objects.size(); ++i)
+        EXPECT_EQ(in.objects[i].parent, out.objects[i].parent) << i;
+    int compared = 0;
     for (const Instance& instance : in.instances) {
         if (in.objects[instance.object].name != "two")
             continue;
+        ++compared;
         for (int c = 0; c < 4; ++c)
             for (int r = 0; r < 4; ++r)
                 EXPECT_NEAR(instance.world_from_object[c][r], out.instances[2].world_from_object[c][r], 1e-5f);
     }
+    EXPECT_EQ(compared, 2) << "its ball and its card";
 }
 
 /// OBJ files and old exporters have names in any coding; JSON has UTF-8.
