@@ -321,7 +321,8 @@ class Inputs(Web):
                 return head.pose(around).orientation;
             };
             const heard = head.followDevice();
-            await new Promise(resolve => setTimeout(resolve));
+            while (!head.turned)  // the browser may be asked first
+                await new Promise(resolve => setTimeout(resolve));
             const first = turn(20);
             turn(110);
             head.tilt(0.5);
