@@ -100,14 +100,14 @@ private:
     /// Without any frames, the first of them that is there.
     std::string find_main() const {
         constexpr std::array names = {"centre", "left", "right"};
-        const auto is_there = [&](const char* name) { return fs::is_directory(folder_ / name); };
         for (const char* name : names)
-            if (is_there(name) && !list_frames(folder_ / name).empty())
+            if (holds_frames(folder_ / name))
                 return name;
         if (!list_frames(folder_).empty())
             return ".";
-        if (const auto empty = std::ranges::find_if(names, is_there); empty != names.end())
-            return *empty;
+        for (const char* name : names)
+            if (fs::is_directory(folder_ / name))
+                return name;
         throw InputError(
             expected_found(folder_.string(), "frames, or a folder centre, left or right of them", "neither"));
     }

@@ -387,4 +387,8 @@ std::vector<std::int64_t> list_frames(const std::filesystem::path& folder, const
     return indices;
 }
 
+bool holds_frames(const std::filesystem::path& folder) {
+    return std::filesystem::is_directory(folder) && !list_frames(folder).empty();
+}
+
 }  // namespace equistream

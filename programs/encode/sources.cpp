@@ -18,10 +18,6 @@ namespace fs = std::filesystem;
 constexpr TrackRole fill_roles[] = {TrackRole::small, TrackRole::hidden, TrackRole::patches};
 constexpr const char* eyes_by_preference[] = {"centre", "left", "right"};
 
-bool holds_frames(const fs::path& folder) {
-    return fs::is_directory(folder) && !list_frames(folder).empty();
-}
-
 std::string what_is_in(const fs::path& folder) {
     std::string names;
     for (const auto& entry : fs::directory_iterator(folder))

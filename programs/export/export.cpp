@@ -35,10 +35,6 @@ struct Arguments {
     bool overwrite = false, json = false;
 };
 
-bool holds_frames(const fs::path& folder) {
-    return fs::is_directory(folder) && !list_frames(folder).empty();
-}
-
 /// One eye's frames.
 struct Source {
     std::string name;

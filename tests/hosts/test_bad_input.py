@@ -144,7 +144,7 @@ def test_tables_of_the_wrong_length_or_too_large(variant):
         refusal(lambda: give("first_face", [4, 0], face_entry=[2, 3, 4]))
     assert "object_id: expected 5 numbers, for all entries of face_entry, or a single 0, found 3" in \
         refusal(lambda: give("object_id", [1, 2, 3], first_face=[1, 0], face_entry=[2, 3, 4]))
-    assert "face_entry: expected ids up to 16777215" in refusal(lambda: give("first_face", [1, 0], face_entry=[0xFFFFFFFF]))
+    assert "face_entry: expected entries up to 16777215" in refusal(lambda: give("first_face", [1, 0], face_entry=[0xFFFFFFFF]))
     # Fewer places than the mesh has triangles: the last one stands for the rest.
     assert set(np.unique(give("object_id", [1, 2, 6, 7, 8], first_face=[1, 1], face_entry=[2, 3, 4])["object_id"])) <= {0, 6, 7, 8}
 

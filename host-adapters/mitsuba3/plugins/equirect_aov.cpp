@@ -294,12 +294,13 @@ private:
         }
     }
 
+    static constexpr uint32_t largest_id = (1u << 24) - 1;
+
     static void check_ids(const char* name, const DynamicBuffer<UInt32>& ids) {
-        constexpr uint32_t most = (1u << 24) - 1;
         const uint32_t found = dr::width(ids) != 0 ? dr::slice<uint32_t>(dr::max(ids)) : 0;
-        if (found > most)
-            refuse("equirect_aov: %s: expected ids up to %u (a film stores single precision), found %u", name, most,
-                   found);
+        if (found > largest_id)
+            refuse("equirect_aov: %s: expected ids up to %u (a film stores single precision), found %u", name,
+                   largest_id, found);
     }
 
     /// Mitsuba's film finds this out too, but after the rendering and without the name.
@@ -343,8 +344,10 @@ private:
         if (last > dr::width(m_tables.face_entry))
             refuse("equirect_aov: first_face: expected places on face_entry's %u numbers, counted from 1, found %u",
                    (uint32_t)dr::width(m_tables.face_entry), last);
-        check_ids("face_entry", m_tables.face_entry);  // or max + 1 below wraps round
-        return std::max(shapes, dr::slice<uint32_t>(dr::max(m_tables.face_entry)) + 1);
+        const uint32_t entry = dr::slice<uint32_t>(dr::max(m_tables.face_entry));
+        if (entry > largest_id)
+            refuse("equirect_aov: face_entry: expected entries up to %u, found %u", largest_id, entry);
+        return std::max(shapes, entry + 1);
     }
 
     void check_tables(uint32_t shapes) {

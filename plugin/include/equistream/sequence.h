@@ -108,5 +108,7 @@ void require_companion(Companion companion, const std::filesystem::path& main_fo
 
 /// Indices of the finished frames in the folder, ascending. Throws InputError if it cannot be read.
 std::vector<std::int64_t> list_frames(const std::filesystem::path& folder, const std::string& extension = "exr");
+/// Whether it is a folder with finished frames in it. Throws as list_frames.
+bool holds_frames(const std::filesystem::path& folder);
 
 }  // namespace equistream

@@ -7,6 +7,9 @@
 #include <plugin/stream/track_encoder.h>
 
 #include <gtest/gtest.h>
+extern "C" {
+#include <libavutil/hwcontext.h>
+}
 #include <malloc.h>
 
 #include <algorithm>
@@ -200,7 +203,6 @@ TEST(HardwareDecoding, OtherPicturesStay) {
 
 TEST(HardwareDecoding, GivesTheSamePicturesOrLeavesThemToSoftware) {
     const synthetic::Folder folder;
-    bool is_by_hardware = false;
     for (const Codec codec : {Codec::h264, Codec::h265}) {
         synthetic::Made made = synthetic::small_stream(codec, true);
         const auto file = folder / "a.mkv";
@@ -210,8 +212,8 @@ TEST(HardwareDecoding, GivesTheSamePicturesOrLeavesThemToSoftware) {
             const auto found = asked.next();
             ASSERT_TRUE(found);
             EXPECT_EQ(expected->decoder, "software");
-            EXPECT_FALSE(found->decoder.empty());
-            is_by_hardware = is_by_hardware || found->decoder != "software";
+            const std::string by(found->decoder);
+            EXPECT_TRUE(by == "software" || av_hwdevice_find_type_by_name(by.c_str()) != AV_HWDEVICE_TYPE_NONE) << by;
             ASSERT_FALSE(found->yuv.empty());
             EXPECT_EQ(found->info->index, expected->info->index);
             for (const auto plane : {&YuvView::y, &YuvView::cb, &YuvView::cr})
@@ -223,8 +225,6 @@ TEST(HardwareDecoding, GivesTheSamePicturesOrLeavesThemToSoftware) {
         }
         EXPECT_FALSE(asked.next());
     }
-    if (!is_by_hardware)
-        GTEST_SKIP() << "no hardware decodes H.264 or H.265 here: software alone was compared";
 }
 
 }  // namespace
