@@ -31,8 +31,8 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
  * - object_id, material_id, instance_id
    - |int| array
    - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order, or a single 0; 0
-     stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
-     Mitsuba joins meshes of one BSDF when it loads a scene, and orders them anew in each process:
+     stands for the default. Ids are at most 16,777,215. Defaults count from 1: shapes (an instance is one), the scene's
+     distinct BSDFs, shapes. Mitsuba joins meshes of one BSDF when it loads a scene, and orders them anew in each process:
      ``mi.load_file(FILE, optimize=False)`` keeps meshes and their order. Its command line has no such option.
    - |exposed|
 
@@ -40,8 +40,8 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
    - |int| array
    - Exposed: ids for each triangle, for merged meshes. ``first_face`` says for each of ``scene.shapes()`` where its
      triangles begin in ``face_entry``, counted from 1; 0: it has none there. ``face_entry`` says for each triangle
-     which entry of ``object_id``, ``material_id`` and ``instance_id`` it has. Make these as long as needed.
-     (Default: a single 0)
+     which entry of ``object_id``, ``material_id`` and ``instance_id`` it has. Entries are at most 16,777,215. Make
+     these as long as needed. (Default: a single 0)
    - |exposed|
 
  * - moved_previous, moved_next
