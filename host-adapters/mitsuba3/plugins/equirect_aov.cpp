@@ -32,8 +32,8 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
    - |int| array
    - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order, or a single 0; 0
      stands for the default. Ids are at most 16,777,215. Defaults count from 1: shapes (an instance is one), the scene's
-     distinct BSDFs, shapes. Mitsuba joins meshes of one BSDF when it loads a scene, and orders them anew in each process:
-     ``mi.load_file(FILE, optimize=False)`` keeps meshes and their order. Its command line has no such option.
+     distinct BSDFs, shapes. Mitsuba joins meshes of one BSDF when it loads a scene, and orders them anew in each
+     process: ``mi.load_file(FILE, optimize=False)`` keeps meshes and their order. Its command line has no such option.
    - |exposed|
 
  * - first_face, face_entry
