@@ -10,6 +10,8 @@ set(CMAKE_INSTALL_RPATH $ORIGIN/${lib_from_bin})
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME tools)
 
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# The headers cite it.
+install(FILES docs/conventions.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
 
 # find_package(equistream COMPONENTS plugin client): a component's targets are installed by its own folder.
 write_basic_package_version_file(equistreamConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -46,7 +46,9 @@ duration() {
 say_how_long() {
     local files
     ninja -C "$BUILD" build.ninja >/dev/null # configures again if need be: a dry run would count nothing else
-    files=$(cmake --build --preset "$preset" ${target:+--target "$target"} -- -n | grep -c 'Building C' || true)
+    # A copy has another name, as a dry run of build.ninja itself ends where CMake would look for new files.
+    cp "$BUILD/build.ninja" "$BUILD/dry_run.ninja"
+    files=$(ninja -C "$BUILD" -f dry_run.ninja -n ${target:+"$target"} | grep -c 'Building C' || true)
     [ "$files" -eq 0 ] ||
         echo "building ${target:-everything}: $files files to compile: $(duration $((files * 4 / $(nproc)))) on $(nproc) idle processors, less what the compiler cache holds"
 }

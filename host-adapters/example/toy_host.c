@@ -36,7 +36,8 @@ static es_surface surface_of(toy_hit hit, int frame) {
 
 static void render(es_frame* frame, int f) {
     es_tile tile; /* any number of threads may take tiles, each with buffers of its own */
-    while (es_frame_next_tile(frame, &tile) == ES_OK) {
+    es_status status;
+    while ((status = es_frame_next_tile(frame, &tile)) == ES_OK) {
         const uint32_t asked = es_tile_geometry_rays(frame, &tile, rays); /* one through the centre of each pixel */
         for (uint32_t i = 0; i < asked; i++) surfaces[i] = surface_of(trace(&rays[i], f), f);
         es_tile_put_surfaces(frame, &tile, surfaces);
@@ -50,6 +51,8 @@ static void render(es_frame* frame, int f) {
             es_tile_put_radiance(frame, &tile, rgba[0]);
         }
     }
+    const es_error error = {"no memory for the next tile"};
+    check(status == ES_DONE ? ES_OK : status, &error);
 }
 
 static es_pose head_at(int frame) { return (es_pose){{0, 0.2, -0.1 * frame}, {1, 0, 0, 0}}; } /* walking forward */

@@ -146,13 +146,16 @@ constexpr std::array checks = {
     Check{"headset", "view --headset", false,
           "start the headset's OpenXR runtime (SteamVR, Monado), or name it in XR_RUNTIME_JSON", nullptr},
     Check{"mitsuba", "render --host mitsuba", false,
-          "pip install " EQUISTREAM_MITSUBA ", then add its folders mitsuba and drjit to LD_LIBRARY_PATH",
+          "in a virtual environment: pip install " EQUISTREAM_MITSUBA
+          ", then add its folders mitsuba and drjit to LD_LIBRARY_PATH",
           find_mitsuba},
-    Check{"denoiser", "--denoise of render, serve and import", false, "pip install pyoidn", nullptr},
+    Check{"denoiser", "--denoise of render, serve and import", false,
+          "in a virtual environment that is active: pip install pyoidn", nullptr},
     Check{"network", "serve", false, "sudo sysctl net.ipv4.tcp_congestion_control=bbr", find_congestion_control},
     Check{"scenes", "descriptions whose models are not bundled", false,
           "set EQUISTREAM_SCENES to a folder of scenes (.glb)", nullptr},
-    Check{"python", "study, fit, farm", false, "sudo apt-get install python3, and python3-equistream", find_python},
+    Check{"python", "study, fit, farm", false,
+          "sudo apt-get install python3; its package equistream: docs/guide/install.md", find_python},
 };
 
 }  // namespace

@@ -90,7 +90,7 @@ def arguments():
     parser.add_argument("--frames", type=frames, metavar="A-B", help="frames to measure; default: two in the middle of the path")
     parser.add_argument("--truth-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="samples a pixel of both truths (64); more samples measure the error more precisely")
     parser.add_argument("--most-spp", type=in_range(1, 65536, int), default=64, metavar="N", help="samples a pixel of the spheres tried, at most (64)")
-    parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
+    parser.add_argument("--codec", choices=("h264", "h265"), default="h264", help="codec of the stream (h264)")
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
                         help="the widest sphere tried, in units of 2 pi f columns, where f is the focal length in pixels (1.41)")
     parser.add_argument("--window", type=window, metavar="WxH",

@@ -41,11 +41,11 @@ def arguments(words=None):
     parser = Parser(prog="equistream study", description=__doc__.splitlines()[0],
                     epilog="example: equistream study --preset smoke --out study-out")
     parser.add_argument("--preset", choices=PRESETS, default="smoke",
-                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: the paper's sizes and samples, for a farm (equistream farm study)")
+                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: the paper's sizes and samples, for a farm (equistream farm study); default: smoke")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
     parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's (smoke: all but where, moved, related and window)")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
-    parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
+    parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: OUT/work")
     parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that equistream farm study listed in the folder of --out, and nothing else")
     parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
                         help="after: draw charts, tables and pages once all is measured; only: draw them from the results in --out; none: do not draw them")

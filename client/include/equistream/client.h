@@ -46,15 +46,17 @@ typedef struct es_client_settings {
     size_t struct_size;   /* sizeof(es_client_settings) */
     uint32_t abi_version; /* ES_CLIENT_ABI_VERSION */
     es_backend backend;
-    const char* source; /* a file, a folder or a URL; not NULL or empty */
-    /* Scene description, or a client's model of it, whose geometry gives depth. NULL: the stream's own depth is used.
-     * ES_BACKEND_CPU loads the Embree module for a scene. */
+    /* Path of a file or a folder, or tcp://HOST:PORT, tls://[SECRET@]HOST:PORT, srt://[SECRET@]HOST:PORT[?parity=N].
+     * Without SECRET the environment variable EQUISTREAM_SECRET gives it. Not NULL or empty. */
+    const char* source;
+    /* Path of a scene description, or a client's model of it, whose geometry gives depth. NULL: the stream's own depth
+     * is used. ES_BACKEND_CPU loads the Embree module for a scene. */
     const char* scene;
-    /* As for `equistream play`, whose guide (docs/guide/play.md) explains each. NULL: the default for the source. */
-    const char* engine;  /* reprojection algorithm: rotation, mesh, eye-depth, ... */
+    /* NULL: the default for the source. docs/guide/play.md explains each value. */
+    const char* engine;  /* `--method` of `equistream play`: rotation, proxy-sphere, eye-depth, mesh, splat, ... */
     const char* fill;    /* passes that fill gaps, in order, such as "hidden,patches,earlier,base,pushpull"; "none" */
     const char* mirrors; /* treatment of reflections: images, gaps or surface */
-    int32_t confidence;  /* non-zero: estimates the confidence map */
+    int32_t confidence;  /* non-zero: estimates the confidence map, `--reliability` of `equistream play` */
     int32_t paused;      /* non-zero: starts paused on the first frame */
     int32_t loop;        /* non-zero: a recorded source starts again at its end */
     int32_t software;    /* non-zero: decodes without hardware */
@@ -69,7 +71,7 @@ typedef struct es_client_source {
     size_t struct_size;    /* sizeof(es_client_source), set by the caller */
     int32_t is_live;       /* non-zero: a server sends frames at its own pace */
     int32_t has_poses;     /* zero: ordinary video without poses; eyes turn and do not move */
-    int32_t has_depth;     /* zero: the chosen engine reprojects without depth, mostly because the source has none */
+    int32_t has_depth;     /* non-zero: the engine in use reprojects by depth, of the source or of the scene */
     int32_t width, height; /* pixels of the first frame; of one eye where a picture holds both */
     double frames_per_second;
     double ipd_m;             /* interpupillary distance in the first frame's tags */
@@ -156,9 +158,9 @@ typedef struct es_gl_target {
 } es_gl_target;
 
 /* The client's own textures of the last draw or render: GL_TEXTURE_2D_ARRAY, layer 0 for the left eye and 1 for the
- * right, top row first; 0: not available. They are valid and unchanged until the next call. The host reads them, and
- * neither writes to them nor deletes them. An eye's picture is the rectangle of width x height texels at column x, row
- * y. */
+ * right, top row first; 0: not available. They are valid and unchanged until the next es_client_render, es_client_draw
+ * or es_client_close. The host reads them, and neither writes to them nor deletes them. An eye's picture is the
+ * rectangle of width x height texels at column x, row y. */
 typedef struct es_gl_textures {
     size_t struct_size; /* sizeof(es_gl_textures) */
     uint32_t colour;    /* GL_RGBA8, sRGB values */
@@ -231,7 +233,8 @@ ES_API double es_client_now_s(const es_client* client);
  * the client pauses: es_client_seek past that place, then es_client_play. */
 ES_API es_status es_client_render(es_client* client, const es_client_request* request, es_eye_image images[2],
                                   es_client_state* state, es_error* error);
-/* The same into framebuffers; ES_BACKEND_OPENGL only. Targets are checked before anything is drawn. Every call with
+/* The same into framebuffers; ES_BACKEND_OPENGL only. Targets are checked before anything is drawn. Writes sRGB values
+ * as they are, also to sRGB attachments. Pixels beyond the picture's width and height stay unchanged. Every call with
  * that back end restores the context's state. Exceptions are the bindings of textures, samplers and images to units,
  * and of buffers to indexed binding points. The host must not call with conditional rendering, an occlusion query or
  * transform feedback active. */

@@ -13,8 +13,8 @@
 
 namespace equistream {
 
-/// What a call of the library said. `is_input`: an argument was wrong, and nothing was done. `shown`: of a render or
-/// draw that could not show what was due, but did show the frame before.
+/// A call failed. `is_input`: an argument was wrong, and nothing was done. `shown`: a render or draw could not show the
+/// frame that was due, and has shown the one before it; this is its state.
 class ClientError : public std::runtime_error {
 public:
     ClientError(es_status status, const es_error& error, std::optional<es_client_state> state = std::nullopt)
@@ -23,7 +23,7 @@ public:
     const std::optional<es_client_state> shown;
 };
 
-/// Settings with their size and version set; all else is as es_client_settings takes 0 to be.
+/// Settings with their size and version set. All other fields are 0: the defaults.
 inline es_client_settings client_settings(const char* source, es_backend backend = ES_BACKEND_CPU) {
     es_client_settings settings{};
     settings.struct_size = sizeof settings;
@@ -39,12 +39,14 @@ struct ClientPicture {
     es_field_of_view fov{};
     std::vector<std::uint8_t> rgba;        ///< 4 a pixel, rows from the top
     std::vector<std::uint8_t> origin;      ///< es_origin
-    std::vector<float> depth_m;            ///< along each ray; +inf: nothing is there; NaN: not known
-    std::vector<std::uint8_t> confidence;  ///< 255 times a probability; 0 where it was not asked for
+    std::vector<float> depth_m;            ///< metres along each ray; +inf: no surface; NaN: unknown
+    std::vector<std::uint8_t> confidence;  ///< 255 times a probability; 0 unless opened with confidence
 };
 
+/// One open source. With ES_BACKEND_OPENGL its context is current in the constructor, the destructor and every call.
 class Client {
 public:
+    /// Throws ClientError, or std::runtime_error if the library has another ABI version than this header.
     explicit Client(const es_client_settings& settings) {
         if (es_client_abi_version() != ES_CLIENT_ABI_VERSION)
             throw std::runtime_error("libequistream_client: expected ABI version " +
@@ -97,7 +99,7 @@ public:
             keep(images[i], request.width, eyes[i]);
         return shown.checked();
     }
-    /// Whoever has memory already renders into it.
+    /// Renders into the caller's memory. Sets each struct_size.
     es_client_state render(const es_client_request& request, es_eye_image (&images)[2]) {
         return render_into(request, images).checked();
     }
@@ -181,7 +183,7 @@ private:
     /// Rows follow each other at the picture's own width, which is the smaller one.
     template <typename Sample>
     static void pack(std::vector<Sample>& samples, int of_row, int to_row, int rows) {
-        for (int y = 1; y < rows; ++y)
+        for (int y = 1; y < rows && to_row < of_row; ++y)
             for (int x = 0; x < to_row; ++x)
                 samples[std::size_t(y) * std::size_t(to_row) + std::size_t(x)] =
                     samples[std::size_t(y) * std::size_t(of_row) + std::size_t(x)];

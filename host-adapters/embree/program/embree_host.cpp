@@ -18,7 +18,7 @@ EmbreeHost::~EmbreeHost() = default;
 
 HostText EmbreeHost::text() const {
     return {"embree", "Path traces a scene along a camera path into EXR sequences.",
-            "equistream render pavilion.json --size 960x480 --frames 0-7 --eye centre --small right --out frames",
+            "equistream render pavilion.json --size 960x480 --frames 0-7 --layers --out frames",
             "Scene description (JSON)"};
 }
 

@@ -73,14 +73,13 @@ The whole sphere, or a range of it, as one image. With longitude :math:`l` and l
     u = (l / 2\pi + 1/2) W, \qquad v = (1/2 - p / \pi) H, \qquad
     d = (\cos p \sin l, \; \sin p, \; -\cos p \cos l)
 
-in a frame with +X to the right, +Y up and -Z forward. Pixel centres are at half-integers, the middle of the image is
-forward, a quarter of the width to its right is the right-hand side, column W is column 0, and the top row is up. The
-image is not mirrored. These formulas are conventions.h of equistream's contract, compiled for this variant.
+in a frame with +X to the right, +Y up and -Z forward. Pixel centres are at half-integers. The middle of the image is
+forward. A quarter of the width to its right is the right-hand side. Column W is column 0, and the top row is up. The
+image is not mirrored. These formulas are those in equistream's conventions.h, compiled for this variant.
 
-In omnidirectional stereo every column is seen by an eye of its own, tangentially to the circle on which the two eyes
-turn with the head, of radius ipd/2. Each image by itself is warped by what this does; depth is measured from the
-column's own eye. The radius is multiplied by :math:`(1 + \cos \pi t)/2` with :math:`t = (|p| - from)/(to - from)`: see
-image_motion.h.
+In omnidirectional stereo each column has its own viewpoint, on a circle of radius ipd/2 around the head. Its rays leave
+that circle along the tangent. Depth is measured from the column's own viewpoint. The radius is multiplied by :math:`(1
++ \cos \pi t)/2` with :math:`t = (|p| - from)/(to - from)`: see image_motion.h.
 
 .. tabs::
     .. code-tab:: xml

@@ -10,7 +10,7 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
  * - aovs
    - |string|
    - Which groups of planes, between commas: ``depth``, ``motion``, ``normal``, ``albedo``, ``ids``, ``specular``,
-     ``virtual``, or ``all`` or ``none``.
+     ``virtual``, or ``all`` or ``none``. Required.
 
  * - (Nested plugin)
    - :paramtype:`integrator`
@@ -94,7 +94,9 @@ float16, rounds distances and ids in files, which is warned of), :monosp:`specfi
         params['sensor.to_world_previous'] = params['sensor.to_world']
         params['sensor.to_world'] = mi.ScalarTransform4f().translate([0, 1.6, -0.1])
         params.update()
-        planes = dict(zip(scene.integrator().aov_names(), ...))
+        image = np.array(mi.render(scene))
+        names = scene.integrator().aov_names()
+        planes = dict(zip(names, np.moveaxis(image[..., -len(names):], -1, 0)))
 
 Limits:
 

@@ -109,7 +109,7 @@ std::uint64_t mixed(std::uint64_t state, std::uint64_t value) {
 
 HostText MitsubaHost::text() const {
     return {"mitsuba", "Renders a scene with Mitsuba 3 along a camera path into EXR sequences.",
-            "equistream render --host mitsuba cbox.xml --up auto --size 1920x960 --spp 128 --small right --out frames",
+            "equistream render --host mitsuba cbox.xml --up auto --size 1920x960 --spp 128 --out frames",
             "Scene description (JSON), or a scene in Mitsuba's XML"};
 }
 

@@ -75,7 +75,7 @@ typedef struct es_sequence_settings {
      * "none" for colour alone. Other groups are added by name (aov.h). Plane "colour" is always written.
      * Group "reference" adds tiles of up to 4x4 pixels after all others. They have colour passes only: 64 spp, times
      * accumulate_frames if that is set, and at least 256. They take about 1/50 of the frame's samples, and there is at
-     * least one. Encoders measure the visible errors of the finished picture there (visible_loss.h). */
+     * least one. Encoders measure the visible errors of the finished picture there. */
     const char* aovs;
     const char* scene_name;  /* recorded in the files; UTF-8, at most 255 bytes; may be NULL */
     const char* host_name;   /* renderer, version, build: frames of another host are never mixed with this one's; UTF-8,
@@ -90,10 +90,11 @@ typedef struct es_sequence_settings {
     const char* geometry_fingerprint;
     es_layer layer;    /* surfaces that the frames show */
     int32_t tile_side; /* largest width and height of a tile in pixels, 1 to 32,768; 0: 32 */
-    /* An atlas of patches (patches.h): frames hold blocks of auxiliary spheres instead of the sphere that all other
-     * fields describe. ES_EQUIRECT only; no motion planes and no hidden layer. patch_side: pixels along a patch, 4 to
-     * 64; 0: no atlas. patch_columns x patch_rows: slots of the atlas, 1 to 12,288. patch_offset_count: auxiliary
-     * spheres, 1 to 64. patch_offsets_m: their centres, x, y, z each, from the main sphere's centre and in its axes. */
+    /* An atlas of patches (docs/conventions.md, "Atlases of patches"): frames hold blocks of auxiliary spheres instead
+     * of the sphere that all other fields describe. ES_EQUIRECT only; no motion planes and no hidden layer. patch_side:
+     * pixels along a patch, 4 to 64; 0: no atlas. patch_columns x patch_rows: slots of the atlas, 1 to 12,288.
+     * patch_offset_count: auxiliary spheres, 1 to 64. patch_offsets_m: their centres, x, y, z each, from the main
+     * sphere's centre and in its axes. */
     int32_t patch_side, patch_columns, patch_rows;
     uint32_t patch_offset_count;
     const double* patch_offsets_m;
@@ -111,7 +112,7 @@ typedef struct es_sequence_settings {
      * groups depth, motion, normal, ids, specular and virtual, written or not. Groups "samples" and "variance" describe
      * its quality. No hidden layer, no atlas. */
     uint32_t accumulate_frames;
-    /* 32 to 32,768, a multiple of 16: each frame is a window (window.h), part of a full equirect sphere of so many
+    /* 32 to 32,768, a multiple of 16: each frame is a window, part of a full equirect sphere of so many
      * columns and half as many rows. width and height are the window's, in multiples of 16; es_frame_settings gives its
      * place. Its rays are the sphere's. 0: frames are no windows. Longitudes and latitudes are 0; no hidden layer, no
      * atlas. */
@@ -198,8 +199,8 @@ typedef struct es_surface {
     /* 1 where over 3/4 of the light that the surface sends to the camera leaves as a sharp reflection or refraction,
      * else 0. */
     float specular;
-    /* The image seen in a mirror or through glass (virtual_image.h): its apparent distance along the ray, +inf for an
-     * image at infinity. 0: the surface itself is seen. */
+    /* The image seen in a mirror or through glass (docs/conventions.md, "What a mirror or a pane shows"): its apparent
+     * distance along the ray, +inf for an image at infinity. 0: the surface itself is seen. */
     float virtual_distance_m;
     float virtual_previous_m[3], virtual_next_m[3]; /* world position of that image at the previous and next frame */
 } es_surface;

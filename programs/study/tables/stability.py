@@ -6,7 +6,8 @@ from pages import cell, table
 N = "Both eyes of one frame and one seed for each value; late motion and lost packets: of every refresh of one run."
 
 FAILING = ("Bad: off by more than 10 of 255. Failing: off by more than 10 beyond what the ceiling is off by within a pixel, so that what no sphere of so many columns has right does not count. "
-           "Recall of failing where these are twice what chance has, the ceiling beside the method, and 0.5 %. Precision: how many of the flagged pixels are bad.")
+           "Recall of failing at values where these are twice what chance has, the ceiling beside the method, and 0.5 %. Precision: how many of the flagged pixels are bad. "
+           "Each share is that of the pixels of all these values together.")
 
 
 def methods_of(breakers):
@@ -25,19 +26,33 @@ def fall_rows(breakers, methods):
         yield [name, breaker["knob"], f"{values[0]} to {values[-1]}", *(fall_text(breaker["falls"].get(method), values[0]) for method in methods)]
 
 
-def known_text(figures):
-    """In percent: recall of failing and of bad pixels, precision; - where too few are so, or nothing is flagged."""
-    if figures is None:
+def pooled(pairs):
+    """The share of all pixels together, of (share, how many pixels) at each value; None of no pixels."""
+    pixels = sum(count for _, count in pairs)
+    return sum(share * count for share, count in pairs) / pixels if pixels else None
+
+
+def known_over(swept):
+    """Of a method's figures at each value: recall of failing pixels (at each value too) and of bad ones, and precision."""
+    failing = [(figures["failing_recall"], figures["failing_share"]) for figures in swept if fails_enough(figures)]
+    bad = [(figures["flagged_recall"], figures["bad_share"]) for figures in swept if figures["bad_share"] >= FEWEST_BAD]
+    flagged = [(figures["flagged_precision"], figures["flagged_recall"] * figures["bad_share"] / figures["flagged_precision"])
+               for figures in swept if figures["bad_share"] >= FEWEST_BAD and figures["flagged_precision"]]
+    return pooled(failing), [recall for recall, _ in failing], pooled(bad), pooled(flagged)
+
+
+def known_text(swept):
+    """In percent; - where too few pixels are so, or nothing is flagged."""
+    if not swept:
         return ""
-    is_bad = figures["bad_share"] >= FEWEST_BAD
-    known = [figures[score] if counts else None for score, counts in (("failing_recall", fails_enough(figures)), ("flagged_recall", is_bad), ("flagged_precision", is_bad))]
-    return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in known) + f" of {100 * figures['failing_share']:.1f} and {100 * figures['bad_share']:.1f}"
+    recall, at_each, *others = known_over(swept)
+    failing = "-" if recall is None else f"{100 * recall:.0f} ({100 * min(at_each):.0f} to {100 * max(at_each):.0f})"
+    return " / ".join([failing, *("-" if share is None else f"{100 * share:.0f}" for share in others)])
 
 
 def known_rows(breakers, methods):
     for name, breaker in breakers.items():
-        value, figures = list(breaker["found"].items())[-1]
-        yield [name, value, *(known_text(figures.get(method)) for method in methods)]
+        yield [name, *(known_text([figures[method] for figures in breaker["found"].values() if method in figures]) for method in methods)]
 
 
 def latency_rows(sweeps, titles):
@@ -54,7 +69,7 @@ def parts(stability, latency):
     for result in stability.values():
         breakers, methods = result["breakers"], methods_of(result["breakers"])
         found += ["## Where methods fall: the first value at which they are 1 dB / 3 dB below the ceiling", N, table(["breaker", "knob", "swept", *methods], list(fall_rows(breakers, methods)), labels=3),
-                  "## What the reliability map knew at the last value: recall of failing / recall of bad / precision, %, of so many % failing and bad pixels", f"{N} {FAILING}", table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
+                  "## What the reliability map knew over the whole knob: recall of failing (at the values) / recall of bad / precision, %", f"{N} {FAILING}", table(["breaker", *methods], list(known_rows(breakers, methods)), labels=1)]
     for result in latency.values():
         n = result["n"]
         sent = ", ".join(f"{result['titles'][method]} {count / 1000:,.0f}" for method, count in result["bytes_a_second"].items())

@@ -19,11 +19,17 @@ namespace {
 
 using glm::dvec3;
 
+/// Painted once, as that takes most of a case's time.
+const MirrorView& whole_sphere() {
+    static const MirrorView view(EquirectCamera{2048, 1024, {}}, Pose{{0, 0, 0}, {1, 0, 0, 0}});
+    return view;
+}
+
 struct Mirror : ::testing::Test {
     const PerspectiveCamera camera{320, 240, pi / 2};
     const Pose head{{0, 0, 0}, {1, 0, 0, 0}};
     const Pose eye_pose{{0.1, 0.08, 0.02}, yaw_pitch(0.05, -0.5)};
-    MirrorView main{EquirectCamera{2048, 1024, {}}, head};
+    MirrorView main = whole_sphere();
     MirrorView truth{camera, eye_pose};
     EyeView eye{camera, eye_pose, truth.picture.depth_m.view()};
     EyePicture picture;
@@ -94,13 +100,12 @@ TEST_F(Mirror, ByVirtualDepthItIsExact) {
 
 /// Sources of every kind, with planes as renderers and streams leave them.
 struct MirrorSearch : Mirror, ::testing::WithParamInterface<const char*> {
-    Camera source_camera() const {
-        const std::string kind = GetParam();
+    MirrorView source_of(const std::string& kind) const {
         if (kind == "perspective")
-            return PerspectiveCamera{1600, 1200, 1.9};
+            return {PerspectiveCamera{1600, 1200, 1.9}, {{0, 0, 0}, yaw_pitch(0, -0.6)}};
         if (kind == "partial")
-            return EquirectCamera{1536, 768, {-1.2, 1.2, -1.4, 0.6}};
-        return EquirectCamera{2048, 1024, {}};
+            return {EquirectCamera{1536, 768, {-1.2, 1.2, -1.4, 0.6}}, head};
+        return whole_sphere();
     }
     bool narrow() const { return GetParam() == std::string("narrow"); }
     /// Every pixel is one that an engine took from the source.
@@ -108,8 +113,7 @@ struct MirrorSearch : Mirror, ::testing::WithParamInterface<const char*> {
         const std::string kind = GetParam();
         // Odd, so that rows end within a vector.
         const PerspectiveCamera odd{narrow() ? 5 : 317, 239, narrow() ? 0.05 : pi / 2};
-        const Pose down{{0, 0, 0}, kind == "perspective" ? yaw_pitch(0, -0.6) : glm::dquat(1, 0, 0, 0)};
-        main = MirrorView(source_camera(), down);
+        main = source_of(kind);
         truth = MirrorView(odd, eye_pose);
         // A curved mirror's images in one half.
         for (int y = 0; y < main.image_m.height(); ++y)

@@ -1,6 +1,7 @@
 /// Where a live stream's groups begin, how coarse its pictures are, and that it keeps no frames.
 #include <equistream/sequence.h>
 #include <equistream/window.h>
+#include <plugin/stream/libav.h>
 #include <programs/serve/live_encoder.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
@@ -81,8 +82,8 @@ TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     EXPECT_EQ((crf[{TrackRole::depth, 314}]), 39);
 }
 
-TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
-    const synthetic::Folder folder;
+/// Two spheres with windows; the second is coded so much coarser.
+std::string with_windows(const synthetic::Folder& folder, double coarser) {
     LiveEncoder encoder(quick());
     const WindowGrid grid{768, 384, 192, 96};
     std::string all;
@@ -91,12 +92,35 @@ TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
         of_window.camera = window_camera(grid, {288, 144});
         const std::string window = rendered(folder / "window.exr", of_window, 4);
         const auto coded =
-            encoder.encode(rendered(folder, index, 4), window, false, index > 0 ? 18 : 0, double(index) / 30);
+            encoder.encode(rendered(folder, index, 4), window, false, index > 0 ? coarser : 0, double(index) / 30);
         EXPECT_FALSE(std::filesystem::exists(window));
         all += coded.header + coded.bytes;
     }
-    all += encoder.finish();
-    auto crf = coded_with(folder, all);
+    return all + encoder.finish();
+}
+
+/// A line that ends or becomes narrow between them has given the viewer what is all around it.
+TEST(LiveEncoders, SendTheSphereBeforeItsWindow) {
+    const synthetic::Folder folder;
+    const std::string file = folder / "a.mkv";
+    std::ofstream(file, std::ios::binary) << with_windows(folder, 0);
+    const StreamReader reader(file);
+    AVFormatContext* opened = nullptr;
+    ASSERT_GE(avformat_open_input(&opened, file.c_str(), nullptr, nullptr), 0);
+    const av::Demuxer demuxer(opened);
+    const av::Packet packet = av::make_packet();
+    std::vector<TrackRole> order;
+    for (; av_read_frame(demuxer.get(), packet.get()) >= 0; av_packet_unref(packet.get()))
+        order.push_back(reader.tracks()[std::size_t(packet->stream_index)].role);
+    ASSERT_GE(order.size(), 8u);
+    for (const std::size_t sphere : {0u, 4u})
+        EXPECT_EQ(std::vector(&order[sphere], &order[sphere] + 4),
+                  (std::vector{TrackRole::main, TrackRole::depth, TrackRole::window, TrackRole::window_depth}));
+}
+
+TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
+    const synthetic::Folder folder;
+    auto crf = coded_with(folder, with_windows(folder, 18));
     EXPECT_EQ((crf[{TrackRole::window, 1}]), 38);
     EXPECT_EQ((crf[{TrackRole::main, 1}]), 26);
     EXPECT_EQ((crf[{TrackRole::window_depth, 1}]), 26);
