@@ -3,6 +3,7 @@
 usage: manual_test.py BIN_DIR SOURCE_DIR
 """
 
+import datetime
 import pathlib
 import re
 import shutil
@@ -119,8 +120,10 @@ class Version(unittest.TestCase):
         for command in ("farm", "fit", "study"):  # these are in Python
             self.assertEqual(equistream(command, "--version").stdout, f"equistream {version}\n")
         headings = re.findall(r"^## (.*)$", (SOURCE / "CHANGELOG.md").read_text(), re.M)
-        self.assertEqual(headings[0], f"{version} (unreleased)")
-        self.assertEqual(re.search(r"^version: (.*)$", (SOURCE / "CITATION.cff").read_text(), re.M)[1], version)
+        citation = dict(re.findall(r"^(version|date-released): (.*)$", (SOURCE / "CITATION.cff").read_text(), re.M))
+        self.assertEqual(citation["version"], version)
+        datetime.date.fromisoformat(citation["date-released"])
+        self.assertEqual(headings[0], f"{version} ({citation['date-released']})")
 
 
 if __name__ == "__main__":
