@@ -88,6 +88,26 @@ def luxcore(report):
     return table(["a sphere by LuxCore " + report["luxcore"], f"of {report['pixels']:,} pixels"], rows, 1)
 
 
+def mitsuba_own(report):
+    files = {"flat": "perspective", "sphere": "sphere", "defaults": "perspective, Mitsuba's default film",
+             "planes_of_one_sample": "perspective, planes of one sample", "path_alone": "`path` alone"}
+    found = [report["files"][name] for name in files]
+
+    def row(name, text):
+        return [name, *(text(each) if "pixels" in each else "-" for each in found)]
+
+    def percent(key):
+        return lambda each: f"{100 * each[key]:.3f} %"
+
+    rows = [row("pixels", lambda each: f"{each['pixels']:,}"), row("depth within the range of the nine pixels around", percent("depth_between_neighbours")),
+            row("median difference of depth", lambda each: f"{100 * each['depth_off_p50']:.3f} %"), row("albedo within 0.01", percent("albedo_alike")),
+            row("normals within 2.6 degrees", percent("normals_alike")), row("ids alike", percent("ids_alike")), row("hits and misses alike", percent("misses_alike")),
+            row("mean light, red, green, blue, of ours", lambda each: ", ".join(f"{ratio:.4f}" for ratio in each["mean_light_ratio_rgb"])),
+            row("beside the sky, too near", lambda each: f"{each['beside_sky_too_near']:,} of {each['beside_sky']:,}"),
+            ["colour as in Mitsuba's file", *(f"{100 * each['colour_equal']:.0f} %" for each in found)]]
+    return table(["files by Mitsuba " + report["mitsuba"], *files.values()], rows, 1)
+
+
 def places(report):
     """Whole errors in dB, uncoded and coded, at each place; and how far two systems lie apart there, which is what methods are chosen by."""
     rows = []
@@ -136,7 +156,7 @@ FILES = {differences: breakers.__name__}
 def main():
     file_of_page = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE
     page = file_of_page.read_text()
-    for tabled in (fuzz, foreign, luxcore, kills, light, pressure, promises, mutations, memory, places, breakers, differences):
+    for tabled in (fuzz, foreign, luxcore, mitsuba_own, kills, light, pressure, promises, mutations, memory, places, breakers, differences):
         file = file_of_page.with_suffix("") / f"{FILES.get(tabled, tabled.__name__)}.json"
         if file.exists():
             page = place(page, tabled.__name__, "all", tabled(json.loads(file.read_text())))

@@ -86,7 +86,7 @@ def render_by_luxcore(folder):
     return pyluxcore.Version()
 
 
-def compared(theirs, ours):
+def compared(theirs, ours, is_sphere=True):
     def vector(frame, layer, names):
         return np.stack([frame[f"{layer}{name}"] for name in names], axis=-1)
 
@@ -96,6 +96,8 @@ def compared(theirs, ours):
         for step in (-1, 1):
             inner &= np.roll(ids, step, axis) == ids
     inner[[0, -1]] = False
+    if not is_sphere:
+        inner[:, [0, -1]] = False
     same = inner.copy()
     normals = vector(ours, "normal.", "XYZ")
     for axis in (0, 1):
