@@ -268,7 +268,8 @@ private:
         for (const Rule& rule : rules())
             if (rule.plane == "depth" && rule.layers.contains(layer.last))
                 take("depth", layer, depth_channel(layer), "layer " + layer.name);
-        if (layer.name.empty())
+        // Beside X and Y it is part of a colour or a point.
+        if (layer.name.empty() && layer.with({"X", "Y"}).empty())
             take("depth", layer, layer.with({"Z"}), "the plain name Z");
     }
 

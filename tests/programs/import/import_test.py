@@ -338,6 +338,16 @@ class Import(unittest.TestCase):
         for original, file in zip(self.view, found):
             self.assert_same(original, file, self.COLOUR + ["depth.Z", "normal.Y", "object_id"])
 
+    def test_a_plain_z_beside_x_and_y_is_no_depth(self):
+        """Films of Mitsuba's pixel format xyz."""
+        frame = read_frame(self.view[0])
+        distance = np.where(np.isfinite(frame["depth.Z"]), frame["depth.Z"], 0)
+        planes = {**dict(zip("XYZ", (frame[c] for c in "RGB"))), "depth.T": distance}
+        write(self.work / "xyz.exr", planes, {"generatedBy": "Mitsuba version 3.9.1"})
+        said, found = self.imported(self.work, "--fov", 80, "--depth", "radial", "--near", 0)
+        self.assertIn("depth.T", said)
+        self.assert_same(self.view[0], found[0], ["depth.Z"])
+
     def test_mitsubas_near_plane_is_in_its_scenes_unit(self):
         frame = read_frame(self.view[0])
         u, v = pixel_centres(96, 64)
