@@ -338,6 +338,15 @@ class Import(unittest.TestCase):
         for original, file in zip(self.view, found):
             self.assert_same(original, file, self.COLOUR + ["depth.Z", "normal.Y", "object_id"])
 
+    def test_misses_begin_at_the_distance_that_is_given(self):
+        frame = read_frame(self.sphere[0])
+        distance = np.full(frame["R"].shape, np.nextafter(np.float32(5), np.float32(0)))
+        distance[0] = 5
+        write(self.work / "a.0000.exr", {**{c: frame[c] for c in "RGB"}, "Z": distance})
+        _, found = self.imported(self.work, "--miss-above", 5)
+        depth = read_frame(found[0])["depth.Z"]
+        self.assertTrue(np.isinf(depth[0]).all() and np.isfinite(depth[1:]).all())
+
     def test_a_plain_z_beside_x_and_y_is_no_depth(self):
         """Films of Mitsuba's pixel format xyz."""
         frame = read_frame(self.view[0])

@@ -164,6 +164,24 @@ TEST(BasePass, WhatIsWhiteOnBothSidesStaysWhite) {
             ASSERT_EQ(scene.picture.rgba.samples()[4 * i + c], 255) << i;
 }
 
+/// A window that holds a pole has no border there.
+TEST(BasePass, MixesNothingInAtAPoleWithinTheWindow) {
+    for (const double up : {1.0, -1.0}) {
+        WindowScene scene;
+        scene.window_of = window_camera(WindowScene::grid, window_around(WindowScene::grid, {0, up, -1e-3}));
+        scene.window = render(wall_alone, red_and_smooth, scene.window_of, scene.centre);
+        scene.window_view = scene.window.source(0.0315);
+        std::ranges::fill(scene.window.rgb.samples(), std::uint8_t{200});
+        std::ranges::fill(scene.base.rgb.samples(), std::uint8_t{100});
+        scene.turned = {{0, 0, 0}, yaw_pitch(0, up * 0.45 * pi)};
+        scene.show("rotation", false);
+        const int ahead = 160, pole = 100 - int(up * 160 * std::tan(0.05 * pi));
+        for (int away = 2; away <= 4; ++away)
+            EXPECT_EQ(scene.picture.rgba.pixel(ahead, pole + int(up) * away)[1], 200) << up << ' ' << away;
+        EXPECT_GT(scene.picture.count(PixelOrigin::base), 0);
+    }
+}
+
 /// Mirrors within the window are for other passes, and so are gaps of views that see nothing beyond it.
 TEST(BasePass, LeavesMirrorsAndViewsWithoutABorderAlone) {
     for (const float mirror : {0.0f, 1.0f}) {

@@ -87,6 +87,13 @@ TEST_F(GlDisplay, SideBySideTheLeftEyeIsOnTheLeft) {
     EXPECT_EQ(worst(found, [&](int x, int y) { return x < 32 ? left.pixel(x, y) : right.pixel(x - 32, y); }), 0);
 }
 
+TEST_F(GlDisplay, WithoutAConfidenceMapItsOverlayShowsNothing) {
+    look(gl::DisplayLayout::left);
+    const ByteImage found =
+        drawn({.eyes = &targets}, {.layout = gl::DisplayLayout::left, .overlay = gl::Overlay::reliability});
+    EXPECT_EQ(worst(found, [&](int x, int y) { return left.pixel(x, y); }), 0);
+}
+
 /// The formula that play uses, on the same bytes.
 TEST_F(GlDisplay, AnaglyphsAreThoseOfPlay) {
     look(gl::DisplayLayout::anaglyph);
