@@ -3,8 +3,6 @@
 usage: bad_input_test.py BIN_DIR   (the folder of the built programs)
 """
 
-import contextlib
-import fcntl
 import json
 import os
 import pathlib
@@ -281,94 +279,11 @@ class BadInput(unittest.TestCase):
             self.assertLess(played, 6, extension)
             self.assertTrue((views / "report.json").exists())
 
-    @contextlib.contextmanager
-    def small_disk(self, size):
-        if os.geteuid() != 0:
-            self.skipTest("making a small file system needs root")
-        disk = self.out / "disk"
-        disk.mkdir()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk], stderr=subprocess.DEVNULL).returncode != 0:
-            self.skipTest("this machine lets nobody mount a small file system")
-        try:
-            yield disk
-        finally:
-            subprocess.run(["umount", disk], check=True)
-
-    @staticmethod
-    def fill(disk, leave_bytes):
-        (disk / "filler").unlink(missing_ok=True)
-        status = os.statvfs(disk)
-        (disk / "filler").write_bytes(bytes(max(0, status.f_bavail * status.f_frsize - leave_bytes)))
-
-    def test_full_disk_loses_nothing_finished(self):
-        with self.small_disk("512k") as disk:
-            result = run("render", self.scene, "--frames", "0-30", "--size", "128x64", "--spp", "1", "--aovs", "all", "--out", disk / "frames")
-            self.assert_refused(result, 1, "frame.")
-            kept = frames_of(disk / "frames" / "centre")
-            self.assertGreater(len(kept), 0)
-            self.assertEqual(leftovers(disk / "frames" / "centre"), [])
-            for name in kept:
-                self.assertEqual(run("info", disk / "frames" / "centre" / name).returncode, 0)
-
     def test_a_full_device_takes_no_stream(self):
         for extension in ("mp4", "mkv", "ts"):
             full = self.out / f"full.{extension}"
             full.symlink_to("/dev/full")
             self.assert_refused(run("encode", self.root / "good", "--out", full), 1, full, "No space left on device")
-
-    def test_full_disk_keeps_what_was_coded_and_the_earlier_stream(self):
-        words = ["encode", self.root / "good", "--crf", "0", "--gop", "1", "--preset", "ultrafast", "--out"]
-        self.assertEqual(run(*words, self.out / "whole.mkv").returncode, 0)
-        with self.small_disk("1m") as disk:
-            stream = disk / "walk.mkv"
-            self.assertEqual(run("encode", self.root / "good", "--crf", "51", "--out", stream).returncode, 0)
-            earlier = stream.read_bytes()
-            self.fill(disk, (self.out / "whole.mkv").stat().st_size * 2 // 3)
-            result = run(*words, stream)
-            self.assert_refused(result, 1, stream, "No space left on device", f"kept in {stream}.part")
-            self.assertEqual(stream.read_bytes(), earlier)
-            told = run("info", f"{stream}.part")
-            self.assertEqual(told.returncode, 0, told.stderr)
-            self.assertIn("not whole", told.stdout)
-
-    def test_full_disk_keeps_the_views_that_were_played(self):
-        words = ["play", self.root / "good", "--method", "rotation", "--size", "320x180"]
-        self.assertEqual(run(*words, "--out", self.out / "whole").returncode, 0)
-        needed = sum(path.stat().st_size for path in (self.out / "whole").rglob("*.png"))
-        with self.small_disk("4m") as disk:
-            views = disk / "views"
-            self.fill(disk, needed // 2)
-            self.assert_refused(run(*words, "--out", views), 1, views, "No space left on device")
-            pictures = sorted(views.rglob("*.png"))
-            self.assertGreater(len(pictures), 0)
-            self.assertLess(len(pictures), 24)
-            for picture in pictures:  # each is whole: it can be compared with itself
-                compared = run("compare", picture, picture, "--metrics", "psnr")
-                self.assertEqual(compared.returncode, 0, compared.stderr)
-            self.assertEqual([path for path in views.rglob("*") if path.name.startswith(".")], [])
-            shutil.rmtree(views)
-            self.fill(disk, 16384)
-            self.assert_refused(run(*words, "--format", "mp4", "--out", views), 1, views, "No space left on device")
-            self.assertEqual([path.name for path in views.glob("*.mp4")], [], "a video that is not whole has its name")
-
-    def test_two_processes_never_write_the_same_place(self):
-        part = self.out / "a.mkv.part"
-        part.write_bytes(b"somebody else's")
-        views = self.out / "views"
-        views.mkdir()
-        with part.open("rb") as other:
-            fcntl.flock(other, fcntl.LOCK_EX)
-            self.assert_refused(run("encode", self.root / "good", "--out", self.out / "a.mkv"), 2, self.out / "a.mkv", "no other process")
-        self.assertEqual(part.read_bytes(), b"somebody else's")
-        folder = os.open(views, os.O_RDONLY)
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX)
-            self.assert_refused(run("play", self.root / "good", "--method", "rotation", "--out", views), 2, views, "no other process")
-            self.assertEqual(list(views.iterdir()), [])
-        finally:
-            os.close(folder)
-        self.assertEqual(run("encode", self.root / "good", "--out", self.out / "a.mkv").returncode, 0)
-        self.assertEqual(run("play", self.root / "good", "--method", "rotation", "--size", "64x36", "--out", views).returncode, 0)
 
     def test_another_scene_of_the_same_name_is_refused(self):
         scene = self.scene_with(lambda text: text, "motion.json")
@@ -575,19 +490,6 @@ class BadInput(unittest.TestCase):
         shutil.rmtree(render / "centre")
         self.assert_refused(run("play", self.root / "good", "--method", "rotation", "--out", render), 2,
                             f"found {render}/small/manifest.json")
-
-    def test_a_render_in_a_folder_of_another_one_under_way_is_refused(self):
-        words = [BIN / "equistream", "render", self.scene, "--frames", "0-30", "--size", "256x128", "--spp", "64", "--out", self.out / "r"]
-        first = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
-            deadline = time.monotonic() + 60
-            while not (self.out / "r" / "centre" / "manifest.json").exists() and time.monotonic() < deadline:
-                time.sleep(0.02)
-            for more in ([], ["--seed", "9", "--overwrite"]):
-                self.assert_refused(run(*words[1:], *more), 2, self.out / "r" / "centre", "no other process is writing to")
-        finally:
-            first.terminate()
-            first.wait(60)
 
     def test_frames_asked_for_end_a_stream_early(self):
         stream = self.out / "whole.mkv"
