@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <system_error>
 
 namespace equistream::cli {
@@ -15,8 +17,10 @@ void require_writable_file(const fs::path& file) {
     const std::string option = "--out " + file.string();
     const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
-    require(fs::is_directory(folder, error) && access(folder.c_str(), W_OK | X_OK) == 0, option,
-            "a folder that can be written to", folder.string());
+    require(fs::is_directory(folder, error), option, "a folder that can be written to", folder.string());
+    if (access(folder.c_str(), W_OK | X_OK) != 0)
+        throw InputError(
+            expected_found(option, "a folder that can be written to", folder.string() + ": " + std::strerror(errno)));
     require(!fs::is_directory(file, error), option, "the name of a file", "a folder of this name");
 }
 

@@ -19,6 +19,8 @@ namespace equistream::cli {
 
 namespace {
 
+constexpr std::size_t max_settings_bytes = 1 << 20;
+
 bool is_mark(const CLI::ConfigItem& item) {
     return item.name == "++" || item.name == "--";  // a section's begin and end
 }
@@ -96,9 +98,12 @@ public:
         comment('\x1f');  // remarks have gone before it looks
     }
     std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
-        std::ostringstream whole;
-        whole << input.rdbuf();
-        const std::string text = without_byte_order_mark(whole.str());
+        std::string whole(max_settings_bytes + 1, '\0');  // of a device without an end no more is read
+        input.read(whole.data(), std::streamsize(whole.size()));
+        whole.resize(std::size_t(input.gcount()));
+        if (whole.size() > max_settings_bytes)
+            throw InputError(expected_found("--settings " + file(), "a file of at most 1 MiB", "more bytes"));
+        const std::string text = without_byte_order_mark(whole);
         std::istringstream again(settings_for_reader(text, file()));
         const std::string own = section_of(app_);
         std::vector<CLI::ConfigItem> accepted;

@@ -4,6 +4,7 @@
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
 #include <equistream/json_text.h>
+#include <equistream/locks.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
 #include <equistream/threads.h>
@@ -144,9 +145,8 @@ void run(const Arguments& a) {
         if (source.hidden)
             require_same_frames(*source.hidden, sources.front(), frames);
     }
-    std::error_code error;
-    fs::create_directories(a.out, error);
-    cli::require(!error, a.out.string(), "a folder that can be made", error.message());
+    require_writable_folder(a.out);
+    const FolderLock lock(a.out);
     Imf::setGlobalThreadCount(int(usable_processors()));
     compositing::DeepCounts counts;
     cli::note_interrupts();

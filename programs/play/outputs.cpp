@@ -2,11 +2,15 @@
 
 #include <equistream/error.h>
 #include <equistream/json_text.h>
+#include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 #include <programs/cli/paths.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -91,6 +95,16 @@ void require_new_video(const Settings& settings) {
                  "the name of a new video, or --overwrite", "a file of this name");
 }
 
+/// It is locked once its first picture is written. A second run is told before it has played anything.
+void require_unlocked_video(const Settings& settings) {
+    const fs::path aside = settings.out.string() + ".part";
+    const int file = open_locked_file(aside, IfMissing::fail);
+    cli::require(file >= 0 || errno != EWOULDBLOCK, "--out " + settings.out.string(),
+                 "a file that no other process is writing", aside.string() + ", which another process is writing");
+    if (file >= 0)
+        close(file);
+}
+
 /// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
 void clear_views(const Settings& settings) {
     const fs::path& out = settings.out;
@@ -109,10 +123,12 @@ void clear_views(const Settings& settings) {
 
 Outputs::Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
     require_source_elsewhere(settings);
-    if (is_video_)
+    if (is_video_) {
         require_new_video(settings);
-    else
+        require_unlocked_video(settings);
+    } else {
         prepare_folder(settings);
+    }
     eyes_.emplace(settings);
 }
 

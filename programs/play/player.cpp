@@ -108,7 +108,8 @@ public:
     /// After a failure: what was made is kept and reported as far as that still works.
     void keep_what_there_is() noexcept {
         try {
-            outputs_->finish();
+            if (!has_failed_to_write_)  // a video that lacks frames keeps its other name
+                outputs_->finish();
         } catch (const std::exception&) {
             // The failure that brought us here is the one to tell of.
         }
@@ -237,7 +238,9 @@ private:
 
     void write(PlayedFrame& played) {
         const auto start = Clock::now();
+        has_failed_to_write_ = true;  // unless it returns
         outputs_->write(played);
+        has_failed_to_write_ = false;
         played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
         report_.add(std::move(played.figures));
     }
@@ -315,6 +318,7 @@ private:
     std::optional<HeadSteering> steering_;  ///< where there is a head's path
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;
+    bool has_failed_to_write_ = false;
     std::int64_t read_bytes_ = 0;
     std::optional<std::int64_t> last_, first_missing_;  // frames' numbers
     std::int64_t missing_ = 0;                          // frames between others

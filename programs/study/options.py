@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 
+MAX_SETTINGS_BYTES = 1 << 20
 FEWEST = 3
 """Steps, before what is left is told."""
 TRUE, FALSE = ("true", "on", "yes", "1"), ("false", "off", "no", "0")
@@ -42,7 +43,11 @@ def without_remark(value):
 def words_of(parser, file, section):
     """A settings file's lines as words of the command line; those in a [section] of another command are passed over."""
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
+        with file.open("rb") as opened:
+            read = opened.read(MAX_SETTINGS_BYTES + 1)  # of a device without an end no more
+        if len(read) > MAX_SETTINGS_BYTES:
+            parser.error(f"argument --settings: {file}: expected a file of at most 1 MiB, found more bytes")
+        lines = read.decode("utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         parser.error(f"argument --settings: {file}: expected a text file, found {getattr(error, 'strerror', None) or 'other bytes'}")
     known = {name.lstrip("-"): action for action in parser._actions for name in action.option_strings if action.dest not in ("help", "version", "settings")}

@@ -10,6 +10,7 @@ FOLDER gets run.json and table.txt; redraw.py makes thresholds of a run with --a
 import argparse
 import concurrent.futures
 import json
+import os
 import pathlib
 import shutil
 import sys
@@ -44,7 +45,7 @@ def measure(program, folder, breaker, value, kept=None):
         return json.loads(file.read_text())
     figures = measured(program, folder, breaker, value)
     if file:
-        aside = file.with_suffix(".unfinished")
+        aside = file.with_name(f"{file.stem}.{os.getpid()}.unfinished")
         aside.write_text(json.dumps(figures))
         aside.replace(file)
     return figures

@@ -6,6 +6,7 @@ A method falls at the first value, from harmless to hard, at which it is 1 or 3 
 import shutil
 import sys
 
+from own_names import own_name
 from scene_work import STRESS
 from steps import Failed, digest
 
@@ -21,8 +22,8 @@ def run(work):
     breakers = breaking.chosen(preset.breakers)
     # Of these programs and this code, so that what was interrupted goes on and nothing older is taken for it.
     made_by = f"{digest(work.steps.program.parent)[:12]}-{digest(STRESS, '*.py')[:12]}"
-    folder, kept = work.folder / "runs.unfinished", work.folder / "values" / made_by
-    shutil.rmtree(folder, ignore_errors=True)  # what a killed run has left
+    own = own_name(work.folder, "runs.", r"\.unfinished", lambda left: shutil.rmtree(left, ignore_errors=True))
+    folder, kept = work.folder / f"{own}.unfinished", work.folder / "values" / made_by
     for needed in (folder, kept):
         needed.mkdir(parents=True, exist_ok=True)
     try:
