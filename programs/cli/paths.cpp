@@ -2,6 +2,8 @@
 
 #include "program.h"
 
+#include <equistream/error.h>
+
 #include <unistd.h>
 
 #include <algorithm>
