@@ -55,7 +55,6 @@ JOBS = {
     "encode": Job(["encode", "FRAMES", "--preset", "ultrafast", "--crf", 1, "--gop", 1], "a.mkv"),
     "encode to MP4": Job(["encode", "FRAMES", "--preset", "ultrafast", "--crf", 1, "--gop", 1], "a.mp4"),
     "play": Job(["play", "FRAMES", "--method", "rotation", "--size", "64x36"], keeps=False),
-    "play to videos": Job(["play", "FRAMES", "--method", "rotation", "--size", "128x72", "--format", "mp4"], keeps=False),
     "play to a video": Job(["play", "FRAMES", "--method", "rotation", "--size", "128x72"], "eyes.mp4", replaces=OVERWRITE),
     "export": Job(["export", "FRAMES"], replaces=OVERWRITE, goes_on=OVERWRITE),
     # Fault: where the geometry does not fit, NAME.json.part is left (client_model.cpp, write_client_model()). So even the description has no room here.
@@ -215,6 +214,22 @@ class Faults(unittest.TestCase):
                 self.stopped(name, LIMITED, limited, some_is_kept=JOBS[name].out.endswith((".mkv", ".mp4")))
                 if JOBS[name].keeps:
                     self.stopped_over_earlier(name, LIMITED, limited)
+
+    def test_a_video_of_each_eye(self):
+        """Where one fails, neither gets its finished name."""
+        job = Job(["play", "FRAMES", "--method", "rotation", "--size", "128x72", "--format", "mp4"])
+
+        def videos():
+            return {file.name: file.read_bytes() for file in self.place.rglob("*.mp4")}
+
+        self.assert_done(self.do(job))
+        whole = videos()
+        self.assertEqual(whole.keys(), {"left.mp4", "right.mp4"})
+        self.clear()
+        self.assert_refused(self.do(job, preexec_fn=functools.partial(limit_to, max(map(len, whole.values())) // 2)), 1, self.place / job.out, LIMITED)
+        self.assertEqual(videos(), {})
+        self.assert_done(self.do(job))
+        self.assertEqual(videos(), whole)
 
     def test_a_read_only_folder(self):
         for name, job in JOBS.items():
