@@ -343,6 +343,15 @@ class Faults(unittest.TestCase):
             self.remount("ro")
             self.assert_refused(self.run_command(["serve", "SCENE", "--listen", "tcp://127.0.0.1:0"], self.stream), 2, self.stream, READ_ONLY)
 
+    def test_settings_without_an_end(self):
+        """Of a program and of a script."""
+        for command in ("render", "study"):
+            with self.subTest(command):
+                told = subprocess.run([TOLD.bin / "equistream", command, "--settings", "/dev/zero", "--out", self.place], capture_output=True, text=True,
+                                      timeout=60, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)))
+                self.assertEqual(told.returncode, 2, told.stderr)
+                self.assertIn("/dev/zero: expected a file of at most 1 MiB", told.stderr.splitlines()[-1])
+
     def test_a_scene_that_names_no_file(self):
         """A named pipe that nobody fills, a folder, and a device without an end."""
         scene, described = self.place / "scene.json", json.loads(self.scene.read_text())
