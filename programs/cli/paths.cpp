@@ -20,9 +20,10 @@ void require_writable_file(const fs::path& file) {
     const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
     require(fs::is_directory(folder, error), option, "a folder that can be written to", folder.string());
-    if (access(folder.c_str(), W_OK | X_OK) != 0)
-        throw InputError(
-            expected_found(option, "a folder that can be written to", folder.string() + ": " + std::strerror(errno)));
+    if (access(folder.c_str(), W_OK | X_OK) != 0) {
+        const std::string why = std::strerror(errno);
+        throw InputError(expected_found(option, "a folder that can be written to", folder.string() + ": " + why));
+    }
     require(!fs::is_directory(file, error), option, "the name of a file", "a folder of this name");
 }
 

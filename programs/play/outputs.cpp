@@ -99,8 +99,9 @@ void require_new_video(const Settings& settings) {
 void require_unlocked_video(const Settings& settings) {
     const fs::path aside = settings.out.string() + ".part";
     const int file = open_locked_file(aside, IfMissing::fail);
-    cli::require(file >= 0 || errno != EWOULDBLOCK, "--out " + settings.out.string(),
-                 "a file that no other process is writing", aside.string() + ", which another process is writing");
+    const bool is_locked = file < 0 && errno == EWOULDBLOCK;
+    cli::require(!is_locked, "--out " + settings.out.string(), "a file that no other process is writing",
+                 aside.string() + ", which another process is writing");
     if (file >= 0)
         close(file);
 }
