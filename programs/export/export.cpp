@@ -84,11 +84,14 @@ std::vector<std::int64_t> chosen_frames(const Source& source, const Arguments& a
     if (missing <= last)
         std::fprintf(stderr, "equistream export: note: %s: frames are missing in between, the first is %lld\n",
                      source.folder.string().c_str(), static_cast<long long>(missing));
+    return frames;
+}
+
+void require_new_frames(const Arguments& a, const std::vector<std::int64_t>& frames) {
     for (const std::int64_t index : frames) {
         const fs::path file = a.out / frame_file_name(index);
         cli::require(a.overwrite || !fs::exists(file), file.string(), "no file of this name, or --overwrite", "one");
     }
-    return frames;
 }
 
 /// What is missing of another eye, or behind, is said before anything is written.
@@ -147,6 +150,7 @@ void run(const Arguments& a) {
     }
     require_writable_folder(a.out);
     const FolderLock lock(a.out);
+    require_new_frames(a, frames);
     Imf::setGlobalThreadCount(int(usable_processors()));
     compositing::DeepCounts counts;
     cli::note_interrupts();

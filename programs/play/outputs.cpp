@@ -95,7 +95,7 @@ void require_new_video(const Settings& settings) {
                  "the name of a new video, or --overwrite", "a file of this name");
 }
 
-/// It is locked once its first picture is written. A second run is told before it has played anything.
+/// It is locked from its first picture on. A run that begins later than that is told before it plays.
 void require_unlocked_video(const Settings& settings) {
     const fs::path aside = settings.out.string() + ".part";
     const int file = open_locked_file(aside, IfMissing::fail);
@@ -125,8 +125,8 @@ void clear_views(const Settings& settings) {
 Outputs::Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
     require_source_elsewhere(settings);
     if (is_video_) {
-        require_new_video(settings);
         require_unlocked_video(settings);
+        require_new_video(settings);
     } else {
         prepare_folder(settings);
     }

@@ -108,7 +108,7 @@ public:
     /// After a failure: what was made is kept and reported as far as that still works.
     void keep_what_there_is() noexcept {
         try {
-            if (!has_failed_to_write_)  // a video that lacks frames keeps its other name
+            if (!has_failed_to_write_)  // videos may lack frames: they keep the name NAME.part
                 outputs_->finish();
         } catch (const std::exception&) {
             // The failure that brought us here is the one to tell of.

@@ -71,7 +71,7 @@ typedef struct es_client_source {
     size_t struct_size;    /* sizeof(es_client_source), set by the caller */
     int32_t is_live;       /* non-zero: a server sends frames at its own pace */
     int32_t has_poses;     /* zero: ordinary video without poses; eyes turn and do not move */
-    int32_t has_depth;     /* non-zero: the engine in use reprojects by depth, of the source or of the scene */
+    int32_t has_depth;     /* non-zero: the chosen engine reprojects by depth, of the source or the scene */
     int32_t width, height; /* pixels of the first frame; of one eye where a picture holds both */
     double frames_per_second;
     double ipd_m;             /* interpupillary distance in the first frame's tags */

@@ -216,7 +216,7 @@ class Faults(unittest.TestCase):
                     self.stopped_over_earlier(name, LIMITED, limited)
 
     def test_a_video_of_each_eye(self):
-        """Where one fails, neither gets its finished name."""
+        """Where both fail, neither gets its finished name."""
         job = Job(["play", "FRAMES", "--method", "rotation", "--size", "128x72", "--format", "mp4"])
 
         def videos():
