@@ -20,6 +20,9 @@ namespace equistream {
 
 namespace {
 
+/// By so many pictures at most one comes late.
+constexpr std::uint32_t most_late = 64;
+
 /// What travels with a packet through the decoder to its picture, in the one number that libav takes along.
 std::int64_t mark_of(int packet_bytes, bool suspect) {
     return std::int64_t{packet_bytes} * 2 + (suspect ? 1 : 0);
@@ -274,15 +277,20 @@ void TrackDecoder::receive() {
 
 void TrackDecoder::note(const TaggedFrameInfo& tagged) {
     const std::uint32_t ordinal = tagged.position.ordinal;
+    tally_.count = std::max(tally_.count, tagged.position.count);
+    tally_.role = summary_.role = tagged.role;
+    // After damage a decoder with several threads may give a picture late. It was counted as missing.
+    if (!jumping_ && tally_.missing > 0 && ordinal < tally_.expected && tally_.expected - ordinal <= most_late) {
+        --tally_.missing;
+        return;
+    }
     if (std::exchange(jumping_, false))
         tally_.pictures = std::int64_t{ordinal} + 1;
     else if (ordinal > tally_.expected && !tally_.partial && (tally_.ours || !joined_anywhere_))
         tally_.missing += ordinal - tally_.expected;
     tally_.ours = true;
     tally_.expected = ordinal + 1;
-    tally_.count = std::max(tally_.count, tagged.position.count);
     tally_.last_index = tagged.info.index;
-    tally_.role = summary_.role = tagged.role;
 }
 
 bool TrackDecoder::is_repetition(const TrackPosition& position) {
