@@ -44,11 +44,12 @@ duration() {
 
 # A file takes 4 s of a processor on average; one that ccache has takes almost none.
 say_how_long() {
-    local files
+    local plan files
     ninja -C "$BUILD" build.ninja >/dev/null # configures again if need be: a dry run would count nothing else
     # A copy has another name, as a dry run of build.ninja itself ends where CMake would look for new files.
     cp "$BUILD/build.ninja" "$BUILD/dry_run.ninja"
-    files=$(ninja -C "$BUILD" -f dry_run.ninja -n ${target:+"$target"} | grep -c 'Building C' || true)
+    plan=$(ninja -C "$BUILD" -f dry_run.ninja -n ${target:+"$target"}) || { echo "$plan" >&2; return 1; }
+    files=$(awk '/Building C/ { ++n } END { print n + 0 }' <<<"$plan")
     [ "$files" -eq 0 ] ||
         echo "building ${target:-everything}: $files files to compile: $(duration $((files * 4 / $(nproc)))) on $(nproc) idle processors, less what the compiler cache holds"
 }

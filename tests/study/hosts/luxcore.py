@@ -116,13 +116,19 @@ def compared(theirs, ours, is_sphere=True):
             "mean_light_ratio_rgb": [light[i] / light[i + 3] for i in range(3)]}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def arguments(description, out):
+    """--bin, --work, a folder that is there then, and --out, a file beside the others of trust.md."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/trust/luxcore.json")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/trust" / out)
     asked = parser.parse_args()
     asked.work.mkdir(parents=True, exist_ok=True)
+    return asked
+
+
+def main():
+    asked = arguments(__doc__, "luxcore.json")
     program, work = asked.bin.resolve() / "equistream", asked.work.resolve()
     scene = write_scene(work)
     version = render_by_luxcore(work)

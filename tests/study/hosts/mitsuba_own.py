@@ -7,7 +7,6 @@
 Shares are of the pixels whose neighbours are of the same side of a box. Where boxes meet the sky, `aov` averages distances and zeros: those pixels are counted apart.
 """
 
-import argparse
 import json
 import pathlib
 import subprocess
@@ -20,7 +19,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(REPOSITORY / "tests/programs"), str(REPOSITORY / "programs/study")]
 from independent import colour_of, read_frame  # noqa: E402
 from kept import result_text  # noqa: E402
-from luxcore import BOXES, EYE_M, compared  # noqa: E402
+from luxcore import BOXES, EYE_M, arguments, compared  # noqa: E402
 from steps import provenance, write_whole  # noqa: E402
 
 SAMPLES, FLAT, SPHERE, FOV_DEG = 64, (480, 320), (512, 256), 80
@@ -100,12 +99,7 @@ def ids_alike(theirs, ours):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bin", type=pathlib.Path, required=True)
-    parser.add_argument("--work", type=pathlib.Path, required=True)
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/trust/mitsuba_own.json")
-    asked = parser.parse_args()
-    asked.work.mkdir(parents=True, exist_ok=True)
+    asked = arguments(__doc__, "mitsuba_own.json")
     program, work = asked.bin.resolve() / "equistream", asked.work.resolve()
     result = {"command": "mitsuba_own.py --bin build/release/bin --work FOLDER", **provenance(asked.bin, REPOSITORY)}
     mi.set_variant("llvm_ad_rgb")
