@@ -169,10 +169,10 @@ def nearest(file, line, before):
     return min((number for number, text in enumerate(lines) if text.strip() == before), key=lambda number: abs(number + 1 - line), default=None)
 
 
-def survivors(changes):
-    """(change, line number, what the line becomes) of those that survived and are there still."""
+def survivors(changes, folders):
+    """(change, line number, what the line becomes) of those in these folders that survived and are there still."""
     for each in changes:
-        if each["verdict"] in ("survived", "in no test") and "equivalent" not in each:
+        if each["verdict"] in ("survived", "in no test") and "equivalent" not in each and each["file"].startswith(folders):
             number = nearest(each["file"], each["line"], each["before"])
             if number is None:
                 print(f"{each['file']}:{each['line']}: {each['before']}: gone", flush=True)
@@ -194,7 +194,7 @@ def main():
     parser.add_argument("--changes", type=int, default=200, help="that compile, in all (200)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folders", default=",".join(FOLDERS))
-    parser.add_argument("--again", action="store_true", help="make the changes that survived once more, and no others")
+    parser.add_argument("--again", action="store_true", help="make the changes in --folders that survived once more, and no others")
     parser.add_argument("--report", type=pathlib.Path, required=True)
     asked = parser.parse_args()
     build = asked.build.resolve()
@@ -216,7 +216,7 @@ def main():
         print(f"{file}:{number + 1}: {become.strip()}: {said['verdict']} {said.get('by', '')}", flush=True)
         return said
 
-    for each, number, become in list(survivors(report["changes"])) if asked.again else ():
+    for each, number, become in list(survivors(report["changes"], tuple(asked.folders.split(",")))) if asked.again else ():
         each.update(made(each["file"], number, become))
         write_whole(asked.report, json.dumps(report, indent=1) + "\n")
     if asked.again:

@@ -5,12 +5,15 @@
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/sequence.h>
 #include <equistream/text.h>
 
 #include <scenes/library/write_glb.h>
 
 #include <stb/stb_image_write.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 
 namespace equistream {
 
@@ -104,6 +107,18 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
     return out;
 }
 
+namespace {
+
+/// The file that is there stays the same one, as whoever has locked it needs.
+void write_in_place(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream out(file, std::ios::binary);
+    out << text << std::flush;
+    if (!out)
+        throw WorkError(file.string() + ": cannot be written: " + std::strerror(errno));
+}
+
+}  // namespace
+
 void write_client_model(const std::filesystem::path& json_file, const ClientModel& model,
                         const SceneDescription& scene) {
     SceneDescription description = scene;
@@ -119,9 +134,14 @@ void write_client_model(const std::filesystem::path& json_file, const ClientMode
                                     [&](const Object& object) { return object.name == moving.object; });
     });
     const std::filesystem::path unfinished = unfinished_description(json_file);
-    write_file_atomically(unfinished, description_text(description));
-    write_glb(description.model, model.model);
     std::error_code error;
+    try {
+        write_in_place(unfinished, description_text(description));
+        write_glb(description.model, model.model);
+    } catch (...) {
+        std::filesystem::remove(unfinished, error);
+        throw;
+    }
     std::filesystem::rename(unfinished, json_file, error);
     if (error)
         throw WorkError(json_file.string() + ": cannot be written: " + error.message());

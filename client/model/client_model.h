@@ -62,7 +62,8 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
 /// stands for (SceneDescription::stands_for). Writes FILE.json and FILE.glb beside it; throws WorkError naming them.
 void write_client_model(const std::filesystem::path& json_file, const ClientModel& model,
                         const SceneDescription& scene);
-/// What lies beside the geometry until its description does: a run that is killed in between can be repeated.
+/// What lies beside the geometry until its description does: a run that is killed in between can be repeated. A file of
+/// this name that is there is written in place, so that a lock on it holds.
 std::filesystem::path unfinished_description(std::filesystem::path json_file);
 
 // An alpha mask as a texture that write_glb embeds.

@@ -1,5 +1,6 @@
 // One track's packets into planes of samples, by WebCodecs.
 import {StreamError, expectedFound} from "./bytes.js";
+import {describeAvc, withParameterSets} from "./frame_data.js";
 
 /// What one sample of a plane takes, and how a picture's planes are laid out.
 const layouts = {
@@ -15,6 +16,10 @@ function apart({data, stride}, width, height) {
             for (const i of [0, 1])
                 planes[i][y * width + x] = data[y * stride + 2 * x + i];
     return planes.map(plane => ({data: plane, stride: width, bits: 8}));
+}
+
+function isSame(bytes, others) {
+    return bytes.length === others.length && bytes.every((byte, i) => byte === others[i]);
 }
 
 async function copied(frame, name) {
@@ -79,10 +84,23 @@ export class TrackDecoder {
         return this.decoder.decodeQueueSize;
     }
 
-    push(number, key, bytes) {
+    /// A window's size may change with a key frame. Not all browsers look for parameter sets within packets.
+    follow({sps, pps}) {
+        if (!(sps.length >= 4 && pps && Math.max(sps.length, pps.length) < 65536))
+            return;
+        const description = withParameterSets(this.config.description, {sps, pps});
+        if (isSame(description, this.config.description))
+            return;
+        this.config = {...this.config, description, codec: describeAvc(description).codec};
+        this.decoder.configure(this.config);
+    }
+
+    push(number, key, bytes, sets) {
         if (this.decoder.state !== "configured")
             return;
         try {
+            if (key && sets)
+                this.follow(sets);
             this.decoder.decode(new EncodedVideoChunk({type: key ? "key" : "delta", timestamp: number, data: bytes}));
         } catch (error) {  // the decoder checks key frames itself, and throws
             this.close();

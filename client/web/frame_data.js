@@ -166,11 +166,12 @@ function readInfo(unit, picture) {
     }
 }
 
-/// Of an H.264 packet whose units have lengths of so many bytes before them: {key, info, problem}. Without info it is
-/// decoded all the same, for others are made from it; the problem is what is wrong with it.
+/// Of an H.264 packet whose units have lengths of so many bytes before them: {key, info, problem, sps, pps}. Without
+/// info it is decoded all the same, for others are made from it; the problem is what is wrong with it. The parameter
+/// sets are null where the packet has none.
 export function readPicture(packet, lengthBytes) {
     const reader = new ByteReader(packet, "H.264 in the stream");
-    const picture = {key: false, info: null, problem: null};
+    const picture = {key: false, info: null, problem: null, sps: null, pps: null};
     while (reader.left > 0) {
         let size = 0;
         for (let i = 0; i < lengthBytes; ++i)
@@ -178,6 +179,10 @@ export function readPicture(packet, lengthBytes) {
         const unit = reader.take(size);
         const type = size > 0 ? unit[0] & 31 : 0;
         picture.key ||= type === 5;
+        if (type === 7)
+            picture.sps = unit;
+        else if (type === 8)
+            picture.pps = unit;
         if (type === 6 && !picture.info)
             readInfo(unit.subarray(1), picture);
     }
@@ -190,4 +195,17 @@ export function describeAvc(description) {
         throw expectedFound("H.264 track", "its avcC header", "none");
     const hex = [...description.subarray(1, 4)].map(byte => byte.toString(16).padStart(2, "0")).join("");
     return {codec: `avc1.${hex}`, lengthBytes: (description[4] & 3) + 1};
+}
+
+/// An avcC header with these parameter sets in place of its own (ISO/IEC 14496-15). What else it says of the samples
+/// stays: it is the same for all sizes of a track.
+export function withParameterSets(description, {sps, pps}) {
+    const reader = new ByteReader(description, "avcC header");
+    reader.take(5);
+    for (const mask of [31, 255])
+        for (let left = reader.u8() & mask; left > 0; --left)
+            reader.take(reader.u16());
+    const sized = unit => [unit.length >> 8, unit.length & 255, ...unit];
+    return new Uint8Array([1, ...sps.subarray(1, 4), description[4], 0xe1, ...sized(sps), 1, ...sized(pps),
+                           ...reader.take(reader.left)]);
 }

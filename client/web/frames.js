@@ -91,7 +91,7 @@ export class FrameMaker {
     }
 
     /// Packets of a track must begin with a key frame.
-    async push({role, track, key, info, bytes, lacksInfo}) {
+    async push({role, track, key, info, bytes, lacksInfo, sets}) {
         if (this.isClosed || this.leftOut.has(role) || (!key && !this.started.has(role)))
             return;
         if (!lacksInfo && (info.packing !== "none" || info.isOds))
@@ -122,7 +122,7 @@ export class FrameMaker {
             this.infos.set(number, {role, info, generation});
             this.frame(info.index).expected.add(role);
         }
-        decoder.push(number, key, bytes);
+        decoder.push(number, key, bytes, sets);
     }
 
     get waiting() {

@@ -10,7 +10,7 @@ const usedRoles = new Set(["main", "depth", "window", "window-depth"]);
 const mostHeld = 32;
 
 export class StreamReader {
-    /// Calls onPacket({role, track, key, info, bytes, lacksInfo}) for what the page uses. A picture that lacks info is
+    /// Calls onPacket({role, track, key, info, bytes, lacksInfo, sets}) for what the page uses. A picture that lacks info is
     /// without readable frame data; its index is a guess. What cannot be shown goes into `leftOut`, a set of roles.
     constructor(name, onPacket, leftOut = new Set()) {
         this.name = name;
@@ -120,7 +120,8 @@ export class StreamReader {
         for (const {key, bytes: held} of track.held?.splice(0) ?? [])
             this.takeWithoutInfo(track, key, held);
         track.highest = Math.max(track.highest ?? -1, picture.info.index);
-        this.onPacket({role, track, key: picture.key, info: picture.info, bytes});
+        this.onPacket({role, track, key: picture.key, info: picture.info, bytes,
+                       sets: picture.sps && {sps: picture.sps, pps: picture.pps}});
     }
 
     /// A picture that does not say what it is goes to its track's decoder: between the one before and the next.

@@ -9,10 +9,13 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <optional>
+#include <vector>
 
 namespace equistream::render_command {
 namespace {
@@ -25,6 +28,7 @@ struct Order {
     std::int64_t frame = 0;
     std::uint32_t spp = 1;
     std::uint32_t base_spp = 1;      ///< of the sphere around a window; of one without, `spp`
+    std::size_t halvings = 0;        ///< of the window's pixels
     std::optional<Pose> head;        ///< nothing: where the path has it
     std::optional<glm::dvec3> gaze;  ///< a unit direction; nothing: straight ahead
 };
@@ -61,10 +65,12 @@ Order parse_order(const std::string& line, std::int64_t after) {
         order.frame = parsed.at("frame").get<std::int64_t>();
         const auto spp = parsed.at("spp").get<std::int64_t>();
         const auto base_spp = parsed.value("base_spp", spp);
+        const auto halvings = parsed.value("window_halvings", std::int64_t{0});
         if (order.frame > after && order.frame <= max_frame_index && is_sample_count(spp) &&
-            is_sample_count(base_spp)) {
+            is_sample_count(base_spp) && halvings >= 0 && halvings <= most_window_halvings) {
             order.spp = static_cast<std::uint32_t>(spp);
             order.base_spp = static_cast<std::uint32_t>(base_spp);
+            order.halvings = static_cast<std::size_t>(halvings);
             order.head = pose_in(parsed);
             order.gaze = gaze_in(parsed);
             return order;
@@ -86,8 +92,13 @@ void answer(const json& line) {
 class Follower {
 public:
     Follower(const FollowJob& job, RenderHost& host) : job_(job), host_(host), input_(STDIN_FILENO, job.interrupted) {
-        if (job.options.window)
-            window_.emplace(job.options);
+        for (const WindowGrid& grid : window_grids(job.options)) {
+            densities_.push_back(std::make_unique<Density>(Density{job.options, {}, {}}));
+            densities_.back()->options.window->grid = grid;
+            if (densities_.size() > 1)
+                densities_.back()->options.out /= "halved-" + std::to_string(densities_.size() - 1);
+            densities_.back()->place.emplace(densities_.back()->options);
+        }
     }
 
     void run() {
@@ -105,25 +116,35 @@ private:
     /// A window that moves does not.
     bool window_accumulates() const { return accumulates() && !job_.options.window->follows_gaze; }
 
+    using Streams = std::map<std::uint32_t, Stream>;  ///< by their samples; 0: those that are accumulated
+
+    /// A density of the window's.
+    struct Density {
+        RenderOptions options;  ///< the job's, with its own grid and folder
+        std::optional<HeadsWindow> place;
+        Streams streams;
+    };
+
     /// A sequence of independent frames has one number of samples: each number gets its own.
     template <typename Open>
-    const Stream& stream_of(std::map<std::uint32_t, Stream>& streams, std::uint32_t spp, bool independent, Open open) {
+    const Stream& stream_of(Streams& streams, const RenderOptions& all, std::uint32_t spp, bool independent,
+                            Open open) {
         const std::uint32_t key = independent ? spp : 0;
         if (const auto found = streams.find(key); found != streams.end())
             return found->second;
-        RenderOptions options = job_.options;
+        RenderOptions options = all;
         options.spp = spp;
         if (independent)
             options.out /= "spp-" + std::to_string(spp);
         const StreamOpener opener(options, job_.scene, job_.timeline.path, job_.record);
         return streams.emplace(key, open(opener)).first->second;
     }
-    const Stream& window_of(std::uint32_t spp) {
-        return stream_of(windows_, spp, !window_accumulates(),
+    const Stream& window_of(Density& density, std::uint32_t spp) {
+        return stream_of(density.streams, density.options, spp, !window_accumulates(),
                          [](const StreamOpener& opener) { return opener.window(); });
     }
     const Stream& sphere_of(std::uint32_t spp) {
-        return stream_of(spheres_, spp, !accumulates(),
+        return stream_of(spheres_, job_.options, spp, !accumulates(),
                          [this](const StreamOpener& opener) { return opener.sphere(job_.options.eyes.front()); });
     }
 
@@ -146,10 +167,11 @@ private:
         host_.move_to({order.frame, last_ ? job_.timeline.time_s(last_->frame) : time_s, time_s, time_s});
         Answer made{{{"frame", order.frame}}};
         const Stream* window = nullptr;
-        if (window_) {  // before its base
-            window = &window_of(order.spp);
+        if (!densities_.empty()) {  // before its base
+            Density& density = *densities_[std::min(order.halvings, densities_.size() - 1)];
+            window = &window_of(density, order.spp);
             task.spp = order.spp;
-            task.window_place = window_->at(task.head, order.gaze);
+            task.window_place = density.place->at(task.head, order.gaze);
             if (!make(*window, {time_s}, task, made))
                 return false;
             task.window_place = {};
@@ -190,13 +212,13 @@ private:
     RenderHost& host_;
     LineInput input_;
     std::atomic<bool> stop_ = false;
-    std::map<std::uint32_t, Stream> windows_, spheres_;  ///< by their samples; 0: those that are accumulated
+    Streams spheres_;
+    std::vector<std::unique_ptr<Density>> densities_;  ///< by how often their pixels are halved; none without a window
     struct Last {
         std::int64_t frame;
         Pose head;
     };
     std::optional<Last> last_;  // frame that was answered
-    std::optional<HeadsWindow> window_;
 };
 
 }  // namespace

@@ -7,12 +7,14 @@
 ///     {"frame": 17, "spp": 4, "position_m": [x, y, z], "orientation_wxyz": [w, x, y, z]}
 /// at what time (frame / frames_per_second) and from where the head is (left out: where the path has it then); with
 /// "gaze": [x, y, z] a window lies around that direction in the world, else straight ahead of the head; with
-/// "base_spp": 2 the sphere around it has so many samples, else as many as the window. The answer, once its file is
+/// "base_spp": 2 the sphere around it has so many samples, else as many as the window; with "window_halvings": 1 the
+/// window's pixels are halved so many times (window_grids; at most the most there are). The answer, once its file is
 /// whole:
 ///     {"frame": 17, "file": "DIR/spp-4/centre/frame.0017.exr", "render_s": 0.21, "write_s": 0.01}
 /// ("DIR/centre/..." with --accumulate). With --window there is also "window", its file: in DIR/spp-4, or in DIR where
-/// it stays and is accumulated. Backward motion leads to the frame that was asked for before, wherever it was. Frames
-/// ascend. The asker removes the files. It ends where standard input does, in the middle of a frame too.
+/// it stays and is accumulated; with halved pixels in DIR/halved-1 and so on. Backward motion leads to the frame that
+/// was asked for before, wherever it was. Frames ascend. The asker removes the files. It ends where standard input
+/// does, in the middle of a frame too.
 #include "stream.h"
 
 #include <atomic>

@@ -80,6 +80,11 @@ WindowOptions parse_window(const std::string& text, int columns) {
     return window;
 }
 
+/// Columns of a whole sphere's grid that is as dense as these pixels, in their denser direction.
+int columns_as_dense_as(const cli::Size& sphere) {
+    return std::max(sphere.width, 2 * sphere.height);
+}
+
 /// The window around `o`, a whole sphere of one eye.
 WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
     const std::string besides = o.camera == ES_PERSPECTIVE ? "--camera perspective"
@@ -92,7 +97,7 @@ WindowOptions checked_window(const Typed& typed, const RenderOptions& o) {
         throw InputError(expected_found("--window", "a whole sphere of one eye, without --layers and --patches",
                                         besides + "; leave one of the two out"));
     const int columns = typed.density_option.is_given() ? typed.density : 4 * o.size.width;
-    const int coarser = std::max(o.size.width, 2 * o.size.height);
+    const int coarser = columns_as_dense_as(o.size);
     if (columns % (2 * window_block_px) != 0 || columns > max_image_side || columns <= coarser)
         throw InputError(expected_found("--density",
                                         "a multiple of 32, more than the " + std::to_string(coarser) +
@@ -341,6 +346,25 @@ void add_quality_options(cli::CommandLine& app, Typed& t) {
 }
 
 }  // namespace
+
+std::vector<WindowGrid> window_grids(const RenderOptions& options) {
+    std::vector<WindowGrid> grids;
+    if (!options.window)
+        return grids;
+    const int sphere_columns = columns_as_dense_as(options.size);
+    const auto is_useful = [&](const WindowGrid& grid) {
+        return grid.columns > sphere_columns && std::min(grid.width, grid.height) >= min_track_side &&
+               !window_grid_problem(grid);
+    };
+    grids.push_back(options.window->grid);
+    for (int halvings = 1; options.follow && halvings <= most_window_halvings; ++halvings) {
+        const WindowGrid grid = halved_window_grid(grids.front(), halvings);
+        if (!is_useful(grid))
+            break;
+        grids.push_back(grid);
+    }
+    return grids;
+}
 
 const char* eye_name(es_eye eye) {
     static_assert(ES_EYE_CENTRE == static_cast<int>(Eye::centre) && ES_EYE_LEFT == static_cast<int>(Eye::left) &&

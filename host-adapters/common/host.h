@@ -64,6 +64,11 @@ struct RenderOptions {
 /// "centre", "left", "right": also the sub-folders' names.
 const char* eye_name(es_eye eye);
 
+/// The window's grid, and those of fewer pixels that orders may ask for (--follow): each has half the pixels of the one
+/// before (halved_window_grid), is denser than the sphere around it, and is no smaller than video may be. Empty without
+/// a window.
+std::vector<WindowGrid> window_grids(const RenderOptions& options);
+
 /// Adds the options to `app`; after parsing, the returned function gives their checked values.
 std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const HostText& host);
 

@@ -399,6 +399,15 @@ void StreamWriter::set_crf(TrackRole role, double crf) {
     state_->track_of(role, 0).encoder.set_crf(crf);
 }
 
+void StreamWriter::set_size(TrackRole role, int width, int height) {
+    WrittenTrack& track = state_->track_of(role, 0);
+    if (!state_->settings.live)
+        throw WorkError(expected_found(state_->target, "a live stream, whose tracks may change their size", "another"));
+    track.encoder.set_size(width, height);
+    track.held.reset();
+    track.begins_group = true;
+}
+
 void StreamWriter::flush() {
     State& s = *state_;
     s.check(av_interleaved_write_frame(s.format.get(), nullptr), "writing what waits for other tracks");

@@ -88,10 +88,15 @@ bool is_half_of(const AVFrame& frame, const FrameInfo& info) {
     return is_acceptable_size(width, height) && frame.width * 2 == width && frame.height * 2 == height;
 }
 
-/// Depth needs its code, in samples of that code, and its size; colour has none.
+/// Depth needs its code, in samples of that code, and its size; colour has none. A window's size may change: where the
+/// key frame of the new one was lost, its other pictures are decoded as if they had the old one.
 bool fits_role(const AVFrame& frame, const TaggedFrameInfo& tagged) {
     const auto& depth_code = tagged.info.depth_code;
     if (is_depth(tagged.role) != depth_code.has_value())
+        return false;
+    const bool is_halved = depth_code && depth_code->halved;
+    if (may_be_tiled(tagged.role) && !is_halved &&
+        (frame.width != picture_width(tagged.info) || frame.height != picture_height(tagged.info)))
         return false;
     if (depth_code && depth_code->halved && (!may_be_halved(tagged.role) || !is_half_of(frame, tagged.info)))
         return false;

@@ -92,8 +92,10 @@ void set_encoder_options(const StreamSettings& settings, const TrackSettings& tr
         options.set("sc_threshold", "0");
         std::string more = depth ? "aq-mode=0:psy=0:no-deblock=1" : "";
         const auto add = [&](const std::string& option) { more += (more.empty() ? "" : ":") + option; };
-        if (settings.live)
-            add("stitchable=1");  // parameter sets do not hang on quality (follow_crf)
+        if (settings.live) {  // follow_settings: parameter sets do not hang on quality, and come with each size
+            add("stitchable=1");
+            add("repeat-headers=1");
+        }
         // libx264's AVX-512 macroblock tree reads memory that was never written: other bytes each time, and worse.
         if ((av_get_cpu_flags() & AV_CPU_FLAG_AVX512) != 0)
             add("asm=avx2");
@@ -209,16 +211,27 @@ void TrackEncoder::set_crf(double crf) {
     av_opt_set_double(codec_->priv_data, "crf", crf, 0);
 }
 
+void TrackEncoder::set_size(int width, int height) {
+    TrackSettings resized = track_;
+    resized.width = width;
+    resized.height = height;
+    check_track(resized);
+    if (codec_->codec_id != AV_CODEC_ID_H264)
+        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
+                                       "H.264, whose size can change from group to group", codec_->codec->name));
+    track_ = resized;
+    is_resized_ = true;
+}
+
 /// Another encoder goes on where a group begins. No picture waits in that of a live stream.
-void TrackEncoder::follow_crf() {
-    if (!settings_.live || !std::exchange(has_strayed_, false))
+void TrackEncoder::follow_settings() {
+    const bool is_resized = std::exchange(is_resized_, false);
+    if (!settings_.live || (!std::exchange(has_strayed_, false) && !is_resized))
         return;
     TrackSettings track = track_;
-    track.crf = *crf_;
-    av::Codec codec = open_encoder(settings_, track, depth_code_.get(), global_header_);
-    if (std::ranges::equal(std::span(codec->extradata, std::size_t(codec->extradata_size)),
-                           std::span(codec_->extradata, std::size_t(codec_->extradata_size))))
-        codec_ = std::move(codec);
+    if (crf_)
+        track.crf = *crf_;
+    codec_ = open_encoder(settings_, track, depth_code_.get(), global_header_);
     opened_crf_ = crf_;
 }
 
@@ -274,7 +287,7 @@ av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& i
 void TrackEncoder::encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
                           const std::function<void(AVPacket&)>& emit) {
     if (picture->pict_type == AV_PICTURE_TYPE_I)
-        follow_crf();
+        follow_settings();
     picture->pts = pts;
     if (!payload.empty()) {
         AVFrameSideData* data = av_frame_new_side_data(picture.get(), AV_FRAME_DATA_SEI_UNREGISTERED, payload.size());

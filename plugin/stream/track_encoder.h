@@ -25,6 +25,8 @@ public:
     /// From the next picture on; libx264 alone can. Of a live stream the next key frame has it in full; else libx264
     /// gives key frames the mean quality of many pictures before.
     void set_crf(double crf);
+    /// From the next picture on, which must be a key frame; libx264 alone can.
+    void set_size(int width, int height);
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
     /// The same of PQ R'G'B' where the stream's transfer is that.
@@ -37,7 +39,7 @@ public:
     void drain(const std::function<void(AVPacket&)>& emit) { send(nullptr, emit); }
 
 private:
-    void follow_crf();
+    void follow_settings();
     void send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit);
     void require_size(int width, int height, int channels, int wanted_channels) const;
     void require_colour(Transfer transfer) const;
@@ -49,6 +51,7 @@ private:
     av::Codec codec_;
     std::optional<float> crf_, opened_crf_;  ///< of the next picture, and of the encoder when it was opened
     bool has_strayed_ = false;               ///< its pictures had another one meanwhile
+    bool is_resized_ = false;                ///< the encoder does not know its size yet
     std::int64_t pictures_ = 0;              ///< handed to the encoder
     av::Packet packet_ = av::make_packet();
 };

@@ -4,6 +4,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
+#include <equistream/locks.h>
 #include <equistream/text.h>
 #include <programs/cli/paths.h>
 #include <programs/cli/process.h>
@@ -11,7 +12,9 @@
 #include <programs/cli/provenance.h>
 
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -67,6 +70,31 @@ void require_replaceable(const std::filesystem::path& file, const SceneDescripti
                          describes_client_model(unfinished_description(file)),
                      "--out " + file.string(), "a new name, or a client's model to replace", target.string());
 }
+
+/// Keeps the name for one run, from before its work on. What it leaves unfinished is empty, and goes with it.
+class OutputName {
+public:
+    explicit OutputName(const std::filesystem::path& file)
+        : unfinished_(unfinished_description(file)), descriptor_(open_locked_file(unfinished_)) {
+        cli::require(descriptor_ >= 0 || errno != EWOULDBLOCK, "--out " + file.string(),
+                     "a file that no other process is writing",
+                     unfinished_.string() + ", which another process is writing");
+    }
+    ~OutputName() {
+        if (descriptor_ < 0)
+            return;
+        std::error_code ignored;
+        if (std::filesystem::file_size(unfinished_, ignored) == 0)
+            std::filesystem::remove(unfinished_, ignored);
+        close(descriptor_);
+    }
+    OutputName(const OutputName&) = delete;
+    OutputName& operator=(const OutputName&) = delete;
+
+private:
+    std::filesystem::path unfinished_;
+    int descriptor_;
+};
 
 ClientModelOptions complete(const Arguments& r) {
     ClientModelOptions options = r.options;
@@ -168,6 +196,7 @@ void run(const Arguments& request) {
     const SceneDescription scene = load_scene(request.scene);
     cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
     require_replaceable(request.out, scene);
+    const OutputName name(request.out);
     description_text(scene);  // refused before the work, where paths have too many keys for it
     const SceneModel geometry = load_model(scene, {.shading = false});
     for (const std::string& note : geometry.notes)

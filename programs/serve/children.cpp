@@ -233,6 +233,8 @@ void RenderChild::order(const FrameOrder& order) {
     nlohmann::json line = {{"frame", order.frame}, {"spp", order.spp}};
     if (order.base_spp)
         line["base_spp"] = *order.base_spp;
+    if (order.window_halvings > 0)
+        line["window_halvings"] = order.window_halvings;
     if (order.head) {
         const glm::dvec3& p = order.head->position_m;
         const glm::dquat& q = order.head->orientation;

@@ -37,6 +37,7 @@ struct FrameOrder {
     std::int64_t frame = 0;
     std::uint32_t spp = 1;
     std::optional<std::uint32_t> base_spp;  ///< of the sphere around a window; nothing: `spp`
+    int window_halvings = 0;                ///< of the window's pixels
     std::optional<Pose> head;               ///< nothing: where the scene's path has it
     std::optional<glm::dvec3> gaze;         ///< around which a window lies, in the world; nothing: straight ahead
 };

@@ -171,7 +171,10 @@ private:
         is_rendering_ = true;
         // A window lies where eyes will look once it is on its way.
         const Samples samples = pace_.samples();
-        child_->order({frame, samples.looked_at, samples.base, stream_.steering(), stream_.gaze(last_age_s_)});
+        if (settings_.has_window)
+            halvings_ = serve::window_halvings(halvings_, settings_.coding.crf, rate_.coarser());
+        child_->order(
+            {frame, samples.looked_at, samples.base, halvings_, stream_.steering(), stream_.gaze(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {
@@ -234,11 +237,13 @@ private:
         rate_.coded(now_s, coded.bytes.size(), coded.coarser, coded.begins_group);
         if (const auto delivery = stream_.delivery())
             rate_.delivered(now_s, delivery->first, delivery->second);
-        const double asked_crf = settings_.coding.crf, coarser = crf() - asked_crf;
-        const bool is_coarser = said_coarser_ ? coarser > 0 : coarser >= 1;
-        if (is_coarser == said_coarser_ || seconds_since(rate_noted_) < note_interval_s)
+        window_halvings_ = coded.window_halvings;
+        const double asked_crf = settings_.coding.crf, coarser = std::min(rate_.coarser(), worst_crf - asked_crf);
+        const bool is_coarser = said_quality_.first ? coarser > 0 : coarser >= 1;
+        const std::pair quality(is_coarser, is_coarser ? window_halvings_ : 0);
+        if (quality == said_quality_ || seconds_since(rate_noted_) < note_interval_s)
             return;
-        said_coarser_ = is_coarser;
+        said_quality_ = quality;
         rate_noted_ = Clock::now();
         if (!is_coarser)
             return note(formatted("the stream is back to CRF %g", asked_crf));
@@ -247,10 +252,17 @@ private:
         const std::string why = is_told ? formatted("to stay within --mbit %.3g:", limit_mbps)
                                         : formatted("the network to the viewer that %s takes %.3g Mbit/s:",
                                                     stream_.steering() ? "moves the camera" : "came first", limit_mbps);
-        note(why + formatted(" CRF %.0f instead of %g", crf(), asked_crf));
+        note(why + formatted(" CRF %.0f instead of %g", crf(), asked_crf) + window_text());
     }
 
-    double crf() const { return std::min(settings_.coding.crf + rate_.coarser(), double(worst_crf)); }
+    /// The window's, where there is one.
+    double crf() const {
+        const double steps = std::max(0.0, rate_.coarser() - steps_that_halve * window_halvings_);
+        return std::min(settings_.coding.crf + steps, double(worst_crf));
+    }
+    std::string window_text() const {
+        return window_halvings_ > 0 ? formatted(", and %.2g of the window's pixels", std::exp2(-window_halvings_)) : "";
+    }
 
     void tell(Pace::Change change, const Samples& before, double sphere_s) const {
         const std::string rate = formatted("--rate %g", settings_.spheres_per_s);
@@ -313,6 +325,7 @@ private:
         sums.spheres_per_s = busy_s_ > 0 ? double(intervals_) / busy_s_ : 0;
         sums.samples = pace_.samples();
         sums.crf = crf();
+        sums.window_pixels = std::exp2(-window_halvings_);
         sums.coded_mbps = busy_s_ > 0 ? 1e-6 * coded_bits_ / busy_s_ : 0;
         sums.missed = stream_.spheres_missed();
         sums.poses = stream_.poses_heard();
@@ -338,10 +351,12 @@ private:
     double last_age_s_ = 0;             // as in LiveFigures, of the last sphere
     std::optional<double> pose_age_s_;  // when the last sphere was ordered; nothing: no pose was new
     std::int64_t intervals_ = 0;
-    int coding_ = 0;  // frames that the worker has not coded yet
+    int coding_ = 0;              // frames that the worker has not coded yet
+    int halvings_ = 0;            // of the window's pixels, as last ordered
+    double window_halvings_ = 0;  // as last coded
     bool is_ready_ = false, is_rendering_ = false, was_idle_ = true, is_listening_ = false;
     bool is_ending_ = false, has_ended_ = false;
-    bool said_coarser_ = false;
+    std::pair<bool, double> said_quality_{false, 0};  // coarser, and how often the window's pixels were halved
     std::exception_ptr problem_;
     asio::thread_pool worker_{1};
     Restarts restarts_;

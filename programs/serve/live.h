@@ -35,10 +35,11 @@ struct LiveFigures {
     double spheres_per_s = 0;
     Samples samples;  ///< at the end
     double render_s = 0, write_s = 0, encode_s = 0;
-    double crf = 0;           ///< at the end
-    double coded_mbps = 0;    ///< megabits a second as coded, on average
-    std::int64_t missed = 0;  ///< spheres that viewers behind passed over
-    double age_s = 0;         ///< from when a sphere's place was taken to when its bytes could be sent
+    double crf = 0;            ///< at the end, the window's where there is one
+    double window_pixels = 1;  ///< at the end, over those at first
+    double coded_mbps = 0;     ///< megabits a second as coded, on average
+    std::int64_t missed = 0;   ///< spheres that viewers behind passed over
+    double age_s = 0;          ///< from when a sphere's place was taken to when its bytes could be sent
     StageTimes stages;
     std::int64_t poses = 0;
     ServerFigures server;

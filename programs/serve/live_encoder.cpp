@@ -8,6 +8,7 @@
 #include <equistream/window.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <utility>
@@ -59,12 +60,14 @@ void LiveEncoder::open() {
     box_radius_m_ = head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
     if (coding_.depth && box_radius_m_ > 0)
         depth_code_ = make_depth_code(coding_.depth_code);
-    for (const Part& part : parts_) {
-        const int width = width_of(part.frame.info.camera), height = height_of(part.frame.info.camera);
-        settings.tracks.push_back({part.role, width, height});
+    for (Part& part : parts_) {
+        part.width = width_of(part.frame.info.camera);
+        part.height = height_of(part.frame.info.camera);
+        settings.tracks.push_back({part.role, part.width, part.height});
         if (depth_code_)
-            settings.tracks.push_back({*depth_role_of(part.role), width, height, depth_code_->id()});
+            settings.tracks.push_back({*depth_role_of(part.role), part.width, part.height, depth_code_->id()});
     }
+    window_pixels_ = double(parts_.back().width) * parts_.back().height;
     if (parts_.size() > 1)
         parts_.front().focal_length_px =
             base_focal_length_px(parts_.front().frame.info.camera, parts_.back().frame.info.camera);
@@ -77,7 +80,28 @@ DepthRange LiveEncoder::range_before(const Part& part) const {
     return depth_range(*depth_code_, box_radius_m_, room_to_approach * part.nearest_m, false, part.focal_length_px);
 }
 
+bool LiveEncoder::has_size_of_track(const Part& part) const {
+    return width_of(part.frame.info.camera) == part.width && height_of(part.frame.info.camera) == part.height;
+}
+
+double LiveEncoder::window_halvings() const {
+    const Camera& camera = parts_.back().frame.info.camera;
+    return std::log2(window_pixels_ / (double(width_of(camera)) * height_of(camera)));
+}
+
+void LiveEncoder::follow_size(Part& part) {
+    if (has_size_of_track(part))
+        return;
+    part.width = width_of(part.frame.info.camera);
+    part.height = height_of(part.frame.info.camera);
+    writer_->set_size(part.role, part.width, part.height);
+    if (depth_code_)
+        writer_->set_size(*depth_role_of(part.role), part.width, part.height);
+}
+
 bool LiveEncoder::needs_group() const {
+    if (!std::ranges::all_of(parts_, [&](const Part& part) { return has_size_of_track(part); }))
+        return true;
     if (!group_start_s_ || parts_.front().frame.info.time_s - *group_start_s_ >= coding_.longest_group_s)
         return true;
     return depth_code_ && std::ranges::any_of(parts_, [&](const Part& part) {
@@ -95,13 +119,16 @@ void LiveEncoder::write(const Part& part) {
     writer_->write_depth(*depth_role_of(part.role), part.frame.planes.at("depth").view(), info);
 }
 
-/// A part's depth gives way so much after its colour.
+/// A part's depth gives way so much after its colour, and a window's CRF after its pixels.
 void LiveEncoder::set_quality(double coarser) {
-    if (std::exchange(coarser_, coarser) == coarser)
+    const std::pair quality(coarser, window_halvings());
+    if (std::exchange(quality_, quality) == quality)
         return;
     const CoarserParts parts = divided(coarser, parts_.size() > 1);
     for (const Part& part : parts_) {
-        const double steps = part.role == TrackRole::window ? parts.window : parts.base;
+        const double steps = part.role == TrackRole::window
+                                 ? std::max(0.0, parts.window - steps_that_halve * quality.second)
+                                 : parts.base;
         writer_->set_crf(part.role, std::min(coding_.crf + steps, double(worst_crf)));
         if (depth_code_)
             writer_->set_crf(*depth_role_of(part.role),
@@ -120,13 +147,14 @@ LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::strin
     if (parts_.size() > 1)
         read(parts_.back(), window);
     Coded coded;
-    coarser = std::min(coarser, double(worst_crf) - coding_.crf);
-    coded.coarser = coarser;
     if (!writer_) {
         open();
         coded.header = std::exchange(taken_, {});
     }
-    set_quality(coarser);
+    coded.window_halvings = window_halvings();
+    const double by_pixels = steps_that_halve * coded.window_halvings;
+    coded.coarser = std::clamp(coarser, by_pixels, double(worst_crf) - coding_.crf + by_pixels);
+    set_quality(coded.coarser);
     is_group_wanted_ = is_group_wanted_ || begin_group;
     coded.begins_group = needs_group() || (is_group_wanted_ && now_s - group_began_s_ >= shortest_group_s);
     if (coded.begins_group) {
@@ -137,6 +165,8 @@ LiveEncoder::Coded LiveEncoder::encode(const std::string& file, const std::strin
             for (Part& part : parts_)
                 part.range = range_before(part);
         writer_->begin_group();
+        for (Part& part : parts_)
+            follow_size(part);
     }
     for (const Part& part : parts_)
         write(part);

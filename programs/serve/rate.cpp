@@ -1,5 +1,7 @@
 #include "rate.h"
 
+#include <equistream/window.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,8 +11,6 @@ namespace equistream::serve {
 
 namespace {
 
-/// Of CRF, that halve the bytes of what x264 codes, about.
-constexpr double steps_that_halve = 6;
 /// Rates are of so long, or of two spheres where these take longer.
 constexpr double watched_s = 1;
 /// A viewer that is so far behind has a line that carries less than it is sent.
@@ -27,6 +27,10 @@ constexpr double made_up_by = 10;
 constexpr double min_bps = 1e4;
 /// The window gives up so much before the sphere around it gives up anything.
 constexpr double window_first = 12;
+/// From this CRF on, a window of half the pixels and as many bytes looks better (docs/decisions/0018).
+constexpr double crf_to_halve_at = 34;
+/// Each change of size costs a key frame: no way back within so many steps of where it was decided.
+constexpr double steps_of_hysteresis = 3;
 
 }  // namespace
 
@@ -104,6 +108,16 @@ void RateControl::choose(double at_s) {
     limit_bps_ = std::max(min_bps, std::min(max_bps_.value_or(wanted_bps), line_bps_.value_or(wanted_bps)));
     const double enough = std::clamp(steps_that_halve * std::log2(wanted_bps / limit_bps_), 0.0, coarsest);
     coarser_ = std::max(enough, coarser_ - steps_finer_per_s * elapsed_s);
+}
+
+int window_halvings(int now, double crf, double coarser) {
+    const auto left = [&] { return coarser - steps_that_halve * now; };  // for CRF to give
+    while (now < most_window_halvings && crf + left() > crf_to_halve_at &&
+           left() >= steps_that_halve + steps_of_hysteresis)
+        ++now;
+    while (now > 0 && (left() < 0 || crf + left() + steps_that_halve < crf_to_halve_at - steps_of_hysteresis))
+        --now;
+    return now;
 }
 
 CoarserParts divided(double coarser, bool has_window) {

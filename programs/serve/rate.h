@@ -59,6 +59,14 @@ private:
     double key_excess_bits_ = 0;  ///< as they would be if nothing were coded coarser
 };
 
+/// So many steps of CRF halve the bytes, about, as half the pixels do.
+inline constexpr double steps_that_halve = 6;
+
+/// How often the window's pixels are to be halved (window.h), which they have been `now` times: where its CRF would
+/// exceed what fewer pixels at a finer one look better than. `crf` is what was asked for, and all of a stream that is
+/// no coarser.
+int window_halvings(int now, double crf, double coarser);
+
 /// Of a window in a sphere the window is coded coarser first, the sphere around it last.
 struct CoarserParts {
     double window = 0, base = 0;

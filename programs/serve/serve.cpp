@@ -108,17 +108,21 @@ void report(const Options& options, const LiveFigures& figures) {
                         {"age_s", figures.age_s},
                         {"stages_ms", figures.stages.json()},
                         {"poses", figures.poses}};
-        if (figures.samples.base)
+        if (figures.samples.base) {
             line["live"]["base_spp"] = *figures.samples.base;
+            line["live"]["window_pixels"] = figures.window_pixels;
+        }
         std::printf("%s\n", json_text(line).c_str());
         return;
     }
     report(options, figures.server);
-    std::printf("%lld spheres, %.2f a second, at last with %s and CRF %.1f; %.2f Mbit/s; %lld poses received\n"
+    const std::string fewer =
+        figures.window_pixels < 1 ? formatted(" and %.2g of the window's pixels", figures.window_pixels) : "";
+    std::printf("%lld spheres, %.2f a second, at last with %s, CRF %.1f%s; %.2f Mbit/s; %lld poses received\n"
                 "ms a sphere: render %.0f, write %.0f, encode %.0f; %.0f from its order to bytes that can be sent\n",
                 static_cast<long long>(figures.spheres), figures.spheres_per_s, samples_text(figures.samples).c_str(),
-                figures.crf, figures.coded_mbps, static_cast<long long>(figures.poses), 1e3 * figures.render_s,
-                1e3 * figures.write_s, 1e3 * figures.encode_s, 1e3 * figures.age_s);
+                figures.crf, fewer.c_str(), figures.coded_mbps, static_cast<long long>(figures.poses),
+                1e3 * figures.render_s, 1e3 * figures.write_s, 1e3 * figures.encode_s, 1e3 * figures.age_s);
 }
 
 ServerAddress listen_address(const std::string& listen) {

@@ -79,9 +79,9 @@ std::vector<SensorRequest> sensor_requests(const RenderOptions& options, double 
         request.height /= 4;
         requests.push_back(request);
     }
-    if (options.window) {
-        request.width = options.window->grid.width;
-        request.height = options.window->grid.height;
+    for (const WindowGrid& grid : window_grids(options)) {
+        request.width = grid.width;
+        request.height = grid.height;
         requests.push_back(request);
     }
     return requests;
@@ -169,8 +169,10 @@ void MitsubaHost::cast(std::span<const es_ray> rays, std::span<float> distances_
 std::size_t MitsubaHost::sensor_of(const StreamSettings& stream) const {
     if (options_.camera == ES_ODS)
         return std::size_t(std::ranges::find(options_.eyes, stream.eye) - options_.eyes.begin());
-    if (stream.window)
-        return options_.small_eye ? 2 : 1;
+    if (stream.window) {
+        const std::vector<WindowGrid> grids = window_grids(options_);
+        return (options_.small_eye ? 2 : 1) + std::size_t(std::ranges::find(grids, *stream.window) - grids.begin());
+    }
     return stream.name == "small" ? 1 : 0;
 }
 

@@ -171,6 +171,10 @@ public:
     /// H.264 tracks of a live stream: changes the constant rate factor from the track's next picture on. Frame data
     /// carry the new value. Throws InputError unless `crf` is 0 to worst_crf, WorkError if the track is no lossy H.264.
     void set_crf(TrackRole role, double crf);
+    /// H.264 tracks of a live stream: the track's pictures have another size from the next one on, which begins a group
+    /// (begin_group). Each group of a live stream has its parameter sets in its first packet. Throws InputError for a
+    /// size that no track may have, WorkError if the track is no H.264 or the stream is not live.
+    void set_size(TrackRole role, int width, int height);
     /// Live stream: passes on all bytes of the pictures written so far. In Matroska it ends the cluster.
     void flush();
     /// Flushes the encoders, ends the stream and renames the file. Throws WorkError if bytes could not be written, or a

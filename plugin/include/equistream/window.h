@@ -60,6 +60,20 @@ inline WindowGrid window_grid(int columns, double width_rad, double height_rad) 
     return {columns, columns / 2, blocks(width_rad, columns), std::min(blocks(height_rad, columns / 2), columns / 2)};
 }
 
+/// So many times a live stream's window may have half of its pixels, where its line is too narrow for all. A third time
+/// gains nothing (docs/decisions/0018).
+inline constexpr int most_window_halvings = 2;
+
+/// The grid whose window covers at least the same angles with its pixels halved so many times: by a factor of sqrt(2)
+/// along each side, rounded to whole blocks.
+inline WindowGrid halved_window_grid(const WindowGrid& grid, int halvings) {
+    constexpr int step = 2 * window_block_px;
+    const int columns = step * int(std::lround(grid.columns * std::exp2(-0.5 * halvings) / step));
+    // A side of whole blocks stays so: rounding must not add another.
+    const auto angle = [&](int side) { return (side - 1e-6) * 2 * pi / grid.columns; };
+    return window_grid(columns, angle(grid.width), angle(grid.height));
+}
+
 /// Longitudes and latitudes of a window. Longitudes lie from -2 pi to 2 pi, within the limits of camera_limits.h.
 inline LongitudeLatitudeRange window_range(const WindowGrid& grid, WindowPlace place) {
     const double step = 2 * pi / grid.columns;

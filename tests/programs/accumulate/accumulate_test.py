@@ -99,6 +99,18 @@ class Accumulate(unittest.TestCase):
             self.assertNotIn("samples", planes_of(answer["window"]))
             self.assertAlmostEqual(float(np.median(planes_of(answer["file"])["samples"])), expected, delta=0.25 * expected)
 
+    def test_orders_of_a_window_of_fewer_pixels(self):
+        pose = {"position_m": list(STILL), "orientation_wxyz": [1, 0, 0, 0]}
+        orders = [{"frame": frame, "spp": 1, "window_halvings": halvings, **pose} for frame, halvings in enumerate((0, 2, 1, 0))]
+        answers = self.ordered("halved", orders, "--window", "gaze,90x60", "--aovs", "depth")
+        whole, quartered, halved, again = (planes_of(answer["window"])["depth.Z"] for answer in answers)
+        self.assertEqual(quartered.shape, tuple(side // 2 for side in whole.shape))
+        self.assertEqual(again.shape, whole.shape)
+        self.assertAlmostEqual(halved.size / whole.size, 0.5, delta=0.08)  # of whole blocks
+        pairs = whole.reshape(quartered.shape[0], 2, quartered.shape[1], 2)
+        inside = (quartered >= pairs.min((1, 3)) * 0.99) & (quartered <= pairs.max((1, 3)) * 1.01)
+        self.assertGreater(np.mean(inside), 0.97, "the same directions")
+
     def test_orders(self):
         orders = [{"frame": frame, "spp": spp, "position_m": [x, *STILL[1:]], "orientation_wxyz": [1, 0, 0, 0]} for frame, spp, x in ((0, 2, 0), (3, 4, 0), (4, 1, 0), (8, 2, 0.05))]
         files = [answer["file"] for answer in self.ordered("follow", orders, "--aovs", "motion,samples")]

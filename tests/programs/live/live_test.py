@@ -69,6 +69,27 @@ class Live(unittest.TestCase):
         rise = below[tuple(np.round(high, 6))] - below[tuple(np.round(low, 6))]
         self.assertAlmostEqual(rise, high[1] - low[1], delta=0.05 * (high[1] - low[1]))
 
+    def assert_a_window_gives_up_pixels(self, *of_host):
+        server = self.serve("--window", "90x60", "--density", 1024, "--mbit", 0.01, "--json", *of_host)
+        viewer = Viewer(server)
+
+        def windows():
+            return [picture["camera"]["width"] for picture in self.received(viewer).tracks["window"]["frames"]]
+
+        def has_fewest():
+            viewer.wait_for_more(2)
+            return windows()[-1] == 128
+
+        wait_for(has_fewest, "a window of a quarter of its pixels")
+        status, printed = server.end()
+        viewer.wait_for_end()
+        self.assertEqual(status, 0)
+        widths = windows()
+        self.assertEqual(widths, sorted(widths, reverse=True))
+        self.assertEqual(widths[0], 256)
+        fewer = 128 * 96 / (256 * 176)
+        self.assertAlmostEqual(json.loads(printed)["live"]["window_pixels"], fewer, places=6)
+
 
 class Embree(Live):
     def test_the_file_has_what_a_viewer_gets(self):
@@ -380,6 +401,9 @@ class Embree(Live):
         self.assertGreater(json.loads(printed)["live"]["crf"], 24)
         self.assertRegex(server.log.read_text(), r"to stay within --mbit 0\.01: CRF \d+ instead of 16\n")
 
+    def test_a_window_gives_up_pixels_for_a_limit(self):
+        self.assert_a_window_gives_up_pixels()
+
     def test_it_says_where_one_sample_is_too_slow(self):
         server = self.serve("--rate", 1000, spp=64)
         viewer = Viewer(server)
@@ -439,6 +463,9 @@ class Mitsuba(Live):
         self.assertTrue(received.whole, received.truncation)
         self.assertIn("mitsuba", received.frames[0]["host"])
         self.assert_depth_follows(received, low, high)
+
+    def test_a_window_gives_up_pixels_for_a_limit(self):
+        self.assert_a_window_gives_up_pixels("--", "--variant", "scalar_rgb")
 
 
 if __name__ == "__main__":

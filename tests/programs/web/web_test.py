@@ -76,6 +76,25 @@ class Accuracy(Web):
         self.compare(self.encode("window.mkv", "--depth", "pece420", "--depth-scale", 1, frames=frames), "--method", "mesh",
                      "--fill", "base,pushpull")
 
+    def test_with_a_live_window_whose_size_changes(self):
+        orders = [{"frame": frame, "spp": 1, "window_halvings": halvings} for frame, halvings in enumerate((0, 2, 1, 0))]
+        words = ["render", self.scene, "--follow", "--window", "gaze,70x50", "--size", "256x128", "--density", "768", "--aovs", "depth",
+                 "--progress", "none", "--out", self.root / "ordered"]
+        with subprocess.Popen([PROGRAMS.folder / "equistream", *map(str, words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as renderer:
+            renderer.stdout.readline()
+            files = []
+            for order in orders:
+                print(json.dumps(order), file=renderer.stdin, flush=True)
+                answer = json.loads(renderer.stdout.readline())
+                files += [answer["file"], answer["window"]]
+            renderer.stdin.close()
+        stream = self.root / "sizes.mkv"
+        subprocess.run([PROGRAMS.folder / "equistream_live_stream", stream, *files], check=True)
+        told = json.loads(PROGRAMS.run("info", "--frames", stream, "--json"))
+        (window,) = (track for track in told["tracks"] if track["name"] == "window")
+        self.assertEqual(len({frame["camera"]["width"] for frame in window["frames"]}), 3)
+        self.compare(stream, "--method", "mesh", "--fill", "base,pushpull")
+
     def test_without_depth(self):
         self.compare(self.encode("turned.mp4", "--depth", "none"), "--method", "rotation", "--fill", "pushpull")
 

@@ -64,6 +64,22 @@ TEST(Window, problems_are_named) {
     EXPECT_EQ(window_grid(384, 1e9, 1e9), (WindowGrid{384, 192, 384, 192}));
 }
 
+TEST(Window, half_the_pixels_cover_at_least_the_same_angles) {
+    const WindowGrid grid{3840, 1920, 960, 640};
+    EXPECT_EQ(halved_window_grid(grid, 0), grid);
+    EXPECT_EQ(halved_window_grid(grid, 2), (WindowGrid{1920, 960, 480, 320}));
+    for (const int halvings : {1, 3}) {
+        const WindowGrid halved = halved_window_grid(grid, halvings);
+        EXPECT_EQ(window_grid_problem(halved), std::nullopt);
+        EXPECT_NEAR(halved.columns, grid.columns * std::exp2(-0.5 * halvings), window_block_px);
+        for (const auto side : {&WindowGrid::width, &WindowGrid::height}) {
+            const double cover = double(halved.*side) / halved.columns * grid.columns / (grid.*side);
+            EXPECT_GE(cover, 1 - 1e-9);
+            EXPECT_LT(cover, 1.06);
+        }
+    }
+}
+
 TEST(Window, follows_a_gaze_only_when_it_nears_the_border) {
     const WindowGrid grid = grids[0];
     WindowFollower follower(grid);

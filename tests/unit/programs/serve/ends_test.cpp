@@ -152,7 +152,7 @@ TEST(RenderChildren, GetOrdersWholeAndSayWhatTheyRendered) {
     double rate = 0;
     RenderedFrame frame;
     std::optional<RenderChild> child;
-    const FrameOrder order{7, 4, 2, Pose{{1, 2, 3}, glm::dquat(0.5, -0.5, 0.5, 0.5)}, glm::dvec3(0, 0, -1)};
+    const FrameOrder order{7, 4, 2, 1, Pose{{1, 2, 3}, glm::dquat(0.5, -0.5, 0.5, 0.5)}, glm::dvec3(0, 0, -1)};
     child.emplace(io, "/bin/sh", std::vector<std::string>{"-c", script},
                   RenderChild::Events{[&](double said_rate) {
                                           rate = said_rate;
@@ -171,7 +171,8 @@ TEST(RenderChildren, GetOrdersWholeAndSayWhatTheyRendered) {
     EXPECT_EQ(frame.write_s, 0.25);
     std::ifstream file(said);
     EXPECT_EQ(nlohmann::json::parse(file, nullptr, false),
-              nlohmann::json::parse(R"({"frame": 7, "spp": 4, "base_spp": 2, "position_m": [1.0, 2.0, 3.0],
+              nlohmann::json::parse(
+                  R"({"frame": 7, "spp": 4, "base_spp": 2, "window_halvings": 1, "position_m": [1.0, 2.0, 3.0],
                                         "orientation_wxyz": [0.5, -0.5, 0.5, 0.5], "gaze": [0.0, 0.0, -1.0]})"));
     std::filesystem::remove(said);
 }

@@ -82,15 +82,21 @@ TEST(LiveEncoders, BeginGroupsWhereTheyMustAndKeepNoFrames) {
     EXPECT_EQ((crf[{TrackRole::depth, 314}]), 39);
 }
 
+constexpr WindowGrid window_at_first{1536, 768, 384, 192};
+
+/// The file of a window in the middle.
+std::string window_of(const synthetic::Folder& folder, const WindowGrid& grid, std::int64_t index) {
+    FrameInfo of_window = synthetic::info(grid.width, grid.height, index);
+    of_window.camera = window_camera(grid, window_around(grid, {0, 0, -1}));
+    return rendered(folder / "window.exr", of_window, 4);
+}
+
 /// Two spheres with windows; the second is coded so much coarser.
 std::string with_windows(const synthetic::Folder& folder, double coarser) {
     LiveEncoder encoder(quick());
-    const WindowGrid grid{768, 384, 192, 96};
     std::string all;
     for (std::int64_t index = 0; index < 2; ++index) {
-        FrameInfo of_window = synthetic::info(grid.width, grid.height, index);
-        of_window.camera = window_camera(grid, {288, 144});
-        const std::string window = rendered(folder / "window.exr", of_window, 4);
+        const std::string window = window_of(folder, window_at_first, index);
         const auto coded =
             encoder.encode(rendered(folder, index, 4), window, false, index > 0 ? coarser : 0, double(index) / 30);
         EXPECT_FALSE(std::filesystem::exists(window));
@@ -125,6 +131,83 @@ TEST(LiveEncoders, TakeFromTheWindowFirstAndFromDepthLast) {
     EXPECT_EQ((crf[{TrackRole::main, 1}]), 26);
     EXPECT_EQ((crf[{TrackRole::window_depth, 1}]), 26);
     EXPECT_EQ((crf[{TrackRole::depth, 1}]), 20);
+}
+
+/// By index, of a stream's pictures of the window and its depth.
+using WindowSizes = std::map<std::int64_t, std::vector<std::pair<int, int>>>;
+WindowSizes window_sizes(const std::string& stream) {
+    StreamReader reader("tcp://server:1", synthetic::as_sent(stream));
+    WindowSizes sizes;
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        if (picture.role != TrackRole::window && picture.role != TrackRole::window_depth)
+            continue;
+        sizes[picture.info->index].emplace_back(picture.width, picture.height);
+        EXPECT_EQ(width_of(picture.info->camera), picture.width);
+        if (picture.role == TrackRole::window_depth)
+            continue;
+        const auto [least, most] = std::ranges::minmax(picture.rgb.samples());
+        EXPECT_LE(most - least, 3) << "decoded with other parameter sets?";
+    }
+    return sizes;
+}
+
+/// A recording, each group from the one behind it: a decoder keeps the newest parameter sets.
+void expect_the_same_backwards(const synthetic::Folder& folder, const std::string& stream) {
+    std::ofstream(folder / "back.mkv", std::ios::binary) << stream;
+    StreamReader reader((folder / "back.mkv").string());
+    std::map<std::pair<TrackRole, std::int64_t>, int> widths;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        widths[{picture.role, picture.info->index}] = picture.width;
+    for (const int first : {5, 4, 2, 0}) {
+        ASSERT_TRUE(reader.seek(first / 30.0));
+        for (const DecodedPicture& picture : synthetic::read_all(reader))
+            EXPECT_EQ((widths[{picture.role, picture.info->index}]), picture.width);
+        EXPECT_EQ(reader.truncation(), "") << "from " << first;
+    }
+}
+
+/// Whoever has been there from the start, and whoever comes by the header of the first size.
+TEST(LiveEncoders, FollowAWindowToAnotherSize) {
+    const synthetic::Folder folder;
+    LiveEncoder encoder(quick());
+    const WindowGrid halved = halved_window_grid(window_at_first, 1),
+                     quartered = halved_window_grid(window_at_first, 2);
+    std::string header, all;
+    std::map<std::int64_t, std::string> since;  // by the index of the first
+    WindowSizes expected;
+    const auto encode = [&](std::int64_t index, const WindowGrid& grid, double coarser) {
+        const auto coded = encoder.encode(rendered(folder, index, 4), window_of(folder, grid, index), false, coarser,
+                                          double(index) / 30);
+        header += coded.header;
+        since[index];
+        for (auto& [first, bytes] : since)
+            bytes += coded.bytes;
+        expected[index] = {{grid.width, grid.height}, {grid.width, grid.height}};
+        return coded;
+    };
+    encode(0, window_at_first, 0);
+    EXPECT_FALSE(encode(1, window_at_first, 16).begins_group);
+    const auto smaller = encode(2, quartered, 16);
+    EXPECT_TRUE(smaller.begins_group) << "sooner than others may";
+    EXPECT_NEAR(smaller.window_halvings, 2, 1e-9);
+    EXPECT_EQ(smaller.coarser, 16);
+    EXPECT_FALSE(encode(3, quartered, 0).begins_group);
+    EXPECT_TRUE(encode(4, halved, 0).begins_group);
+    EXPECT_TRUE(encode(5, window_at_first, 0).begins_group);
+    EXPECT_FALSE(encode(6, window_at_first, 0).begins_group);
+    const std::string end = encoder.finish();
+    EXPECT_EQ(window_sizes(header + since[0]), expected);
+    for (const std::int64_t first : {2, 4, 5}) {
+        SCOPED_TRACE(first);
+        expected.erase(expected.begin(), expected.find(first));
+        EXPECT_EQ(window_sizes(header + since[first]), expected);
+    }
+    expect_the_same_backwards(folder, header + since[0] + end);
+    auto crf = coded_with(folder, header + since[0] + end);
+    EXPECT_EQ((crf[{TrackRole::window, 1}]), 36);
+    EXPECT_EQ((crf[{TrackRole::window, 2}]), 24) << "12 steps have gone into its pixels";
+    EXPECT_EQ((crf[{TrackRole::main, 2}]), 24);
+    EXPECT_EQ((crf[{TrackRole::window, 3}]), 20) << "no finer than asked for";
 }
 
 /// Also where it is coded coarser than the group before began.

@@ -175,6 +175,26 @@ TEST(RateControl, TakesFromTheWindowFirstAndFromTheSphereLast) {
     EXPECT_EQ(divided(18, false).base, 18);
 }
 
+TEST(WindowHalvings, BeginWhereTheWindowsCrfIsHighAndEndFartherDown) {
+    EXPECT_EQ(window_halvings(0, 16, 0), 0);
+    EXPECT_EQ(window_halvings(0, 16, 18), 0) << "CRF 34";
+    EXPECT_EQ(window_halvings(0, 16, 18.5), 1);
+    EXPECT_EQ(window_halvings(0, 16, 24.5), 2) << "at once";
+    EXPECT_EQ(window_halvings(0, 10, 40), 2) << "no further";
+    EXPECT_EQ(window_halvings(1, 16, 18), 1);
+    EXPECT_EQ(window_halvings(1, 16, 15), 1) << "CRF 31 with all its pixels";
+    EXPECT_EQ(window_halvings(1, 16, 14.5), 0);
+    EXPECT_EQ(window_halvings(2, 16, 0), 0);
+}
+
+TEST(WindowHalvings, TakeNoPixelsBeforeCrfIsCoarserThanAskedFor) {
+    EXPECT_EQ(window_halvings(0, 40, 0), 0);
+    EXPECT_EQ(window_halvings(0, 40, 8), 0);
+    EXPECT_EQ(window_halvings(0, 40, 9), 1) << "CRF 43 where 40 is asked for";
+    EXPECT_EQ(window_halvings(1, 40, 6), 1);
+    EXPECT_EQ(window_halvings(1, 40, 5.5), 0);
+}
+
 /// After a restart of the renderer the same viewers stay.
 TEST(RateControl, WhatWasSentBeforeAPauseSaysNothingOfTheLine) {
     Watched watched(std::nullopt);
