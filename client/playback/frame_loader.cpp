@@ -157,7 +157,7 @@ void FrameLoader::wait_to_try_again(std::unique_lock<std::mutex>& lock) {
 /// Takes the frame into the reel; locks nothing.
 void FrameLoader::deliver(ReceivedFrame frame) {
     const FrameInfo& info = frame.main.info;
-    const FrameStamp stamp{info.index, info.time_s, info.head, now_s()};
+    const FrameStamp stamp{info.index, info.time_s, info.head, now_s(), frame.ordinal.value_or(info.index)};
     reel_->writable() = {std::make_shared<const ReceivedFrame>(std::move(frame)), feed_->fraction_done().value_or(0)};
     const Delivery delivery = reel_->deliver(stamp);
     newest_ = stamp.number;

@@ -127,7 +127,7 @@ void Playback::count(const FrameStamp& stamp) {
     }
     if (last_arrival_) {
         if (loader_.is_posed() || is_live())  // other videos' frames are numbered by their times
-            counts_.lost += stamp.number - last_arrival_->number - 1;
+            counts_.lost += std::max<std::int64_t>(0, stamp.ordinal - last_arrival_->ordinal - 1);
         const double between_s = stamp.arrival_s - last_arrival_->arrival_s;
         const double off_s = std::abs(between_s - (stamp.frame_time_s - last_arrival_->frame_time_s));
         jitter_s_ += (off_s - jitter_s_) / jitter_frames;

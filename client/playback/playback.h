@@ -22,7 +22,7 @@ namespace equistream {
 /// Of a source, since it was opened.
 struct PlaybackCounts {
     std::int64_t late = 0;     ///< frames that came after the time at which they were to be shown
-    std::int64_t lost = 0;     ///< numbers that no frame came with, so far; of posed frames and live sources
+    std::int64_t lost = 0;     ///< frames that were sent and did not come, so far; of posed frames and live sources
     std::int64_t skipped = 0;  ///< frames that came and were passed over
 };
 

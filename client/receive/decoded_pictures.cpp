@@ -229,6 +229,7 @@ std::size_t DecodedPictures::bytes() const {
 
 ReceivedFrame FrameMaker::make(DecodedFrame partial) {
     ReceivedFrame frame;
+    frame.ordinal = partial.picture(TrackRole::main)->ordinal;
     frame.posed = partial.posed && !is_ods(partial.picture(TrackRole::main)->info->camera);
     if (partial.posed) {
         split_posed_eyes(partial, TrackRole::main, partial.right);

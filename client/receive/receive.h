@@ -49,6 +49,7 @@ struct ReceivedFrame {
     /// False for foreign video, which carries no pose: a sphere around nobody's head. By omnidirectional stereo rays
     /// begin nowhere that eyes would be, so that it counts as such too; its axes are told.
     bool posed = true;
+    std::optional<std::uint32_t> ordinal;  ///< of the main track's picture (DecodedPicture); nullopt: not of a stream
     /// The right eye's, of video with both in each picture (StereoPacking); the left one is `main`.
     std::optional<ReceivedPicture> right;
     /// Views of the same frame that were rendered beside it, for their depth only (folders; rgb is empty).

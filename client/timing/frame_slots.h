@@ -22,10 +22,11 @@ namespace equistream {
 
 /// What is known of a frame when it arrives.
 struct FrameStamp {
-    std::int64_t number = 0;  ///< ascending, as FrameInfo::index
-    double frame_time_s = 0;  ///< on the server's clock, ascending with the number
-    Pose pose{};              ///< of the head it was made for
-    double arrival_s = 0;     ///< on the client's clock
+    std::int64_t number = 0;   ///< ascending, as FrameInfo::index
+    double frame_time_s = 0;   ///< on the server's clock, ascending with the number
+    Pose pose{};               ///< of the head it was made for
+    double arrival_s = 0;      ///< on the client's clock
+    std::int64_t ordinal = 0;  ///< of all frames that were sent; a gap is a frame that did not come
 };
 
 /// How a frame came; each is one of these.

@@ -414,6 +414,7 @@ std::optional<DecodedPicture> TrackDecoder::take(const StreamReadOptions& option
         note(*ready.tagged);
         picture.role = ready.tagged->role;
         picture.info = ready.tagged->info;
+        picture.ordinal = ready.tagged->position.ordinal;
     }
     const auto start = Clock::now();
     if (!picture.info || !picture.info->depth_code)

@@ -199,6 +199,9 @@ struct DecodedPicture {
     /// nullopt in foreign videos. For a tile only camera, index, time and coding are the picture's own. All other
     /// fields are copies from its group's first picture; main's picture with the same index has the valid ones.
     std::optional<FrameInfo> info;
+    /// Number of the picture in its track, from 0, as the sender counts: a gap is a picture that did not come. A live
+    /// scene's frame numbers have gaps of their own. nullopt in foreign videos.
+    std::optional<std::uint32_t> ordinal;
     int width = 0;
     int height = 0;
     ByteImage rgb;   ///< 8-bit display-referred sRGB, 3 channels

@@ -3,7 +3,9 @@
 usage: live_view_test.py BIN_DIR
 """
 
+import json
 import pathlib
+import re
 import shutil
 import signal
 import sys
@@ -31,7 +33,7 @@ class LiveView(unittest.TestCase):
     def test_keys_move_the_spheres(self):
         server = LiveServer(PROGRAMS.folder / "equistream", self.scene, self.folder, "--size", "128x64", "--spp", 1)
         self.addCleanup(server.close)
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.folder, server.url, "--scene", self.scene, "--size", "160x90")
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.folder, server.url, "--scene", self.scene, "--size", "160x90", "--json", "--panel")
         self.addCleanup(viewer.close)
         watching = Viewer(server)
         watching.wait_for_more(3)
@@ -56,8 +58,21 @@ class LiveView(unittest.TestCase):
         viewer.press("c")
         wait_for(lambda: moved()[-1] < 1e-6, "the way back")
         viewer.press("Escape")
+        self.assertEqual(viewer.end()[0], 0)
+        self.check_network(json.loads(viewer.printed)["panel"]["network"], len(moved()))
         watching.leave()
         self.assertEqual(server.end()[0], 0, server.log.read_text())
+
+    def check_network(self, panel, spheres):
+        """As the panel has it at the end. `spheres`: so many came to another viewer meanwhile."""
+        frames, megabytes = re.fullmatch(r"(\d+) frames, ([\d.]+) MB", panel["so far"]).groups()
+        self.assertAlmostEqual(int(frames), spheres, delta=4)
+        self.assertGreater(float(megabytes), 0)
+        self.assertGreater(float(panel["received"].removesuffix(" Mbit/s")), 0)
+        self.assertEqual((panel["lost"], panel["reconnected"], panel["steering"]), ("0", "0 times", "the server follows this head"))
+        self.assertLessEqual(int(panel["late"]) + int(panel["skipped"]), int(frames))
+        self.assertGreaterEqual(float(panel["play-out delay"].removesuffix(" ms")), 0)
+        self.assertGreater(float(panel["jitter"].removesuffix(" ms")), 0)
 
     def test_a_lost_server_is_said_and_found_again(self):
         def serve(port=0):

@@ -7,6 +7,8 @@ import socket
 import time
 
 from viewing import *  # noqa: F403
+from display import PATIENCE_S
+from drop import Dragging
 
 # Of a window of this size at 96 dots per inch: the middle of the bar of time, which is as wide as the window but for these margins.
 BIG = (640, 480)
@@ -217,6 +219,15 @@ class Face(Viewing):
         panel = self.panel_of(viewer)
         self.assertEqual(panel["source"]["kind"], "a folder of frames")
         self.assertEqual(panel["source"]["length"], "0.80 s")
+
+    def test_what_is_dropped_on_the_window_is_opened(self):
+        viewer = self.big("--json")
+        first = viewer.picture()
+        dragging = Dragging(self.display.name, viewer.window, PATIENCE_S)
+        self.addCleanup(dragging.close)
+        self.assertTrue(dragging.drop(self.root / "frames", BIG[0] // 2, BIG[1] // 2))
+        wait_for(lambda: psnr(viewer.picture(), first) < 60, "the folder, which is not coded")
+        self.assertEqual(self.panel_of(viewer)["source"]["kind"], "a folder of frames")
 
     def test_without_a_source_the_window_asks_for_one(self):
         viewer = self.big("--json", source="")

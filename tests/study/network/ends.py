@@ -16,7 +16,7 @@ SECRET = "a-secret-for-a-measurement"
 
 def receive(connection):
     """On the other side: reads streams, and says when each sphere was decoded, by the clock that both sides have. Of windows and tiles it says the same for
-    each sphere's last one, and how many it had.
+    each sphere's last one, how many it had, and of how many pixels together.
     """
     import equistream
 
@@ -32,7 +32,8 @@ def receive(connection):
                     came.append((picture.info.time_s, at, picture.info.crf))
                 elif picture.role == "window" and picture.info:
                     time_s = round(picture.info.time_s, 4)
-                    windows[time_s] = (at, picture.info.crf, windows.get(time_s, (0, 0, 0))[2] + 1)
+                    before = windows.get(time_s, (0, 0, 0, 0))
+                    windows[time_s] = (at, picture.info.crf, before[2] + 1, before[3] + picture.width * picture.height)
             problem = stream.truncation or None
         except Exception as error:  # what went wrong is a finding too
             problem = str(error)

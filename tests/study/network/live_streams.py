@@ -4,14 +4,14 @@ import json
 import statistics
 import time
 
-from conditions import LIVE, LIVE_S, LIVE_SHARES
+from conditions import LIVE_S, LIVE_SHARES
 from emulated import SERVER, Line, Network
 from ends import Server, address, receive
 
 
-def narrowed(programs, scene, way, seed):
+def narrowed(programs, scene, words, way, seed):
     network = Network(Line(), seed, receive)
-    server = Server(programs, scene, f"{way}://{SERVER}:9000", *LIVE, "--patience", 60)
+    server = Server(programs, scene, f"{way}://{SERVER}:9000", *words, "--patience", 60)
     network.begin()
     began = time.monotonic()
     network.connection.send(address(way))
@@ -24,9 +24,12 @@ def narrowed(programs, scene, way, seed):
     report = server.end()
     found = json.loads(network.connection.recv(1 << 22))
     network.close()
-    soonest = min(at - due for due, at, _ in found["came"])
-    return {"line": carried, "report": report["live"], "spheres": [{"at_s": round(at - began, 3), "later_s": round(at - due - soonest, 3), "crf": crf} for due, at, crf in found["came"]],
-            "problem": found["problem"]}
+    spheres = [{"at_s": round(at - began, 3), "late_s": at - due, "crf": crf, **({"window_crf": window_crf, "window_pixels": pixels} if count else {})}
+               for due, at, crf, window_crf, count, pixels in whole_spheres(found)]
+    soonest = min(sphere["late_s"] for sphere in spheres)
+    for sphere in spheres:
+        sphere["later_s"] = round(sphere.pop("late_s") - soonest, 3)
+    return {"line": carried, "report": report["live"], "spheres": spheres, "problem": found["problem"]}
 
 
 def lossy(programs, source, words, line, way, seed, seconds=None):
@@ -52,11 +55,11 @@ def lossy(programs, source, words, line, way, seed, seconds=None):
 
 
 def whole_spheres(found):
-    """Of each sphere: its time, when it was there with its window or tiles, its CRF, theirs and how many there were."""
+    """Of each sphere: its time, when it was there with its window or tiles, its CRF, theirs, how many there were, and their pixels together."""
     windows = {time_s: last for time_s, *last in found["windows"]}
     for due, at, crf in found["came"]:
-        window_at, window_crf, count = windows.get(round(due, 4), (at, None, 0))
-        yield due, max(at, window_at), crf, window_crf, count
+        window_at, *of_windows = windows.get(round(due, 4), (at, None, 0, 0))
+        yield due, max(at, window_at), crf, *of_windows
 
 
 def figures(found, until=None):
@@ -68,8 +71,8 @@ def figures(found, until=None):
     end = until or times[-1]
     soonest = min(at - due for due, at, *_ in spheres)
     later = sorted(at - due - soonest for due, at, *_ in spheres if due >= spheres[0][0] + 1)
-    window_crfs = [crf for *_, crf, count in spheres if count]
+    window_crfs = [crf for *_, crf, count, _ in spheres if count]
     return {"spheres": len(spheres), "spheres_per_s": round((len(spheres) - 1) / (end - times[0]), 3),
             "later_s": {"median": round(statistics.median(later), 3), "p95": round(later[int(0.95 * (len(later) - 1))], 3), "most": round(later[-1], 3)} if later else None,
             "longest_gap_s": round(max(after - before for before, after in zip(times, [*times[1:], end])), 3), "crf": statistics.mean(sphere[2] for sphere in spheres),
-            "window_crf": statistics.mean(window_crfs) if window_crfs else None, "windows_per_sphere": round(statistics.mean(count for *_, count in spheres), 2)}
+            "window_crf": statistics.mean(window_crfs) if window_crfs else None, "windows_per_sphere": round(statistics.mean(count for *_, count, _ in spheres), 2)}

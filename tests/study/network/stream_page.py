@@ -1,5 +1,6 @@
 """The tables of docs/results/stream.md, from its JSON alone. A figure that was not measured is "-"."""
 
+import itertools
 import math
 import statistics
 
@@ -73,20 +74,33 @@ def viewer_rows(rows):
 def live_rows(rows):
     """A way and a part of the line each, of all seeds."""
     ends_s = [*(from_s for from_s, _ in LIVE_SHARES[1:]), LIVE_S]
-    for way in LIVE_WAYS:
-        found = [row for row in rows if row["way"] == way]
+    for kind, way in itertools.product(LIVE_KINDS, LIVE_WAYS):
+        found = [row for row in rows if (row["sent"], row["way"]) == (kind, way)]
         for i, ((from_s, _), end_s) in enumerate(zip(LIVE_SHARES, ends_s, strict=True)):
             parts = [[sphere for sphere in row["spheres"] if from_s <= sphere["at_s"] < end_s] for row in found]
             if not all(parts):
-                yield [way, f"{from_s} s", *6 * ["-"]]
+                yield [kind, way, f"{from_s} s", *8 * ["-"]]
                 continue
             settled = [[sphere for sphere in part if sphere["at_s"] >= from_s + SETTLED_S] or part[-1:] for part in parts]
             carried = [row["line"][i]["line_mbit_s"] for row in found]
-            yield [way, f"{from_s} s", "no limit" if carried[0] > 1e6 else span(carried, 2), span([len(part) for part in parts]),
+            yield [kind, way, f"{from_s} s", "no limit" if carried[0] > 1e6 else span(carried, 2), span([len(part) for part in parts]),
                    span([statistics.median(sphere["later_s"] for sphere in part) for part in parts], 2),
                    span([longest_gap(row["spheres"], from_s, end_s) for row in found], 1),
                    span([max(sphere["later_s"] for sphere in part) for part in settled], 2),
-                   span([statistics.mean(sphere["crf"] for sphere in part) for part in settled])]
+                   span([statistics.mean(sphere["crf"] for sphere in part) for part in settled]),
+                   windows_then(settled, found, "window_crf"), windows_then(settled, found, "window_pixels", is_share=True)]
+
+
+def windows_then(parts, found, key, is_share=False):
+    """Means of what windows have; as a share, in per cent of what the first one had."""
+    means = []
+    for part, row in zip(parts, found, strict=True):
+        values = [sphere[key] for sphere in part if key in sphere]
+        if not values:
+            return "-"
+        first = next(sphere[key] for sphere in row["spheres"] if key in sphere)
+        means.append(statistics.mean(values) * (100 / first if is_share else 1))
+    return span(means)
 
 
 def longest_gap(spheres, from_s, end_s):
@@ -122,7 +136,7 @@ def recovery_rows(found):
         if rows:
             yield [silent, way, figures(rows, "recovered_s", 2), "-"]
     for way in LIVE_WAYS:
-        rows = [row["spheres"] for row in found.get("live", []) if row["way"] == way]
+        rows = [row["spheres"] for row in found.get("live", []) if (row["sent"], row["way"]) == ("sphere", way)]
         if rows:
             back = [span([back_s(spheres, key, more) for spheres in rows], 1) for key, more in (("later_s", AS_SOON_S), ("crf", AS_FINE_CRF))]
             yield [f"a tenth of the line for {WIDE_S - NARROW_S} s", way, *back]
@@ -183,8 +197,8 @@ def write_page(found, page):
     if "viewers" in found:
         text = place(text, "viewers", "stream", table(["by", "viewers", "spheres come late, median, ms", "95 %", "the latest"], viewer_rows(found["viewers"])))
     if "live" in found:
-        text = place(text, "live", "stream", table(["by", "from", "the line carries, Mbit/s", "spheres", "later, median, s", "longest without one, s",
-                                                    f"latest after {SETTLED_S} s", "CRF then"], live_rows(found["live"]), 2))
+        text = place(text, "live", "stream", table(["sent", "by", "from", "the line carries, Mbit/s", "spheres", "later, median, s", "longest without one, s",
+                                                    f"latest after {SETTLED_S} s", "CRF then", "CRF of the window", "its pixels, %"], live_rows(found["live"]), 3))
     if "live_lines" in found:
         text = place(text, "live_lines", "stream", table(["sent", "line", "by", "spheres a second", "later, median, s", "95 %", "the latest", "longest without one, s",
                                                           "on the line, Mbit/s", "line's bytes / stream's", "CRF", "CRF of windows or tiles", "windows or tiles a sphere"],

@@ -29,6 +29,7 @@ Without --bin only the tables are made again (stream_page.py).
 """
 
 import argparse
+import itertools
 import json
 import math
 import pathlib
@@ -192,10 +193,10 @@ def viewers(options, steps, keep, kept):
 
 def live(options, steps, keep, kept):
     scene, rows = make_pavilion(steps), []
-    for way in LIVE_WAYS:
-        for seed in SEEDS:
-            rows.append({"way": way, "seed": seed, **in_a_child(lambda: live_streams.narrowed(options.bin, scene, way, seed))})
-            print({key: value for key, value in rows[-1].items() if key != "spheres"}, file=sys.stderr, flush=True)
+    for (kind, words), way, seed in itertools.product(LIVE_KINDS.items(), LIVE_WAYS, SEEDS):
+        found = in_a_child(lambda: live_streams.narrowed(options.bin, scene, (*LIVE, *words), way, seed))
+        rows.append({"sent": kind, "way": way, "seed": seed, **found})
+        print({key: value for key, value in rows[-1].items() if key != "spheres"}, file=sys.stderr, flush=True)
     keep("live", rows)
 
 
