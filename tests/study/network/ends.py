@@ -33,7 +33,7 @@ def receive(connection):
                 elif picture.role == "window" and picture.info:
                     time_s = round(picture.info.time_s, 4)
                     before = windows.get(time_s, (0, 0, 0, 0))
-                    windows[time_s] = (at, picture.info.crf, before[2] + 1, before[3] + picture.width * picture.height)
+                    windows[time_s] = (at, picture.info.crf, before[2] + 1, before[3] + picture.info.camera.width * picture.info.camera.height)
             problem = stream.truncation or None
         except Exception as error:  # what went wrong is a finding too
             problem = str(error)

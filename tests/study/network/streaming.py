@@ -192,9 +192,10 @@ def viewers(options, steps, keep, kept):
 
 
 def live(options, steps, keep, kept):
-    scene, rows = make_pavilion(steps), []
-    for (kind, words), way, seed in itertools.product(LIVE_KINDS.items(), LIVE_WAYS, SEEDS):
-        found = in_a_child(lambda: live_streams.narrowed(options.bin, scene, (*LIVE, *words), way, seed))
+    kinds = options.sent.split(",")
+    scene, rows = make_pavilion(steps), [row for row in kept if row["sent"] not in kinds]
+    for kind, way, seed in itertools.product(kinds, LIVE_WAYS, SEEDS):
+        found = in_a_child(lambda: live_streams.narrowed(options.bin, scene, (*LIVE, *LIVE_KINDS[kind]), way, seed))
         rows.append({"sent": kind, "way": way, "seed": seed, **found})
         print({key: value for key, value in rows[-1].items() if key != "spheres"}, file=sys.stderr, flush=True)
     keep("live", rows)
@@ -249,6 +250,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=RESULT, help="JSON")
     parser.add_argument("--parts", default=",".join(PARTS), help="which of them (default: %(default)s)")
     parser.add_argument("--ways", default=",".join(WAYS), help="of the lines; figures of others are kept")
+    parser.add_argument("--sent", default=",".join(LIVE_KINDS), help="of the live scene's narrow line; figures of others are kept (default: %(default)s)")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
     if not options.bin:
