@@ -9,7 +9,9 @@
 
 #include <scenes/library/write_glb.h>
 
+#include <fcntl.h>
 #include <stb/stb_image_write.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -113,8 +115,13 @@ namespace {
 void write_in_place(const std::filesystem::path& file, const std::string& text) {
     std::ofstream out(file, std::ios::binary);
     out << text << std::flush;
-    if (!out)
-        throw WorkError(file.string() + ": cannot be written: " + std::strerror(errno));
+    const int descriptor = out ? open(file.c_str(), O_WRONLY | O_CLOEXEC) : -1;
+    const bool is_kept = descriptor >= 0 && fsync(descriptor) == 0;
+    const int problem = errno;
+    if (descriptor >= 0)
+        close(descriptor);
+    if (!is_kept)
+        throw WorkError(file.string() + ": cannot be written: " + std::strerror(problem));
 }
 
 }  // namespace
@@ -138,8 +145,9 @@ void write_client_model(const std::filesystem::path& json_file, const ClientMode
     try {
         write_in_place(unfinished, description_text(description));
         write_glb(description.model, model.model);
-    } catch (...) {
-        std::filesystem::remove(unfinished, error);
+    } catch (...) {  // geometry alone, of a run that was killed, needs it
+        if (std::filesystem::exists(json_file, error) || !std::filesystem::exists(description.model, error))
+            std::filesystem::remove(unfinished, error);
         throw;
     }
     std::filesystem::rename(unfinished, json_file, error);

@@ -10,8 +10,8 @@ const usedRoles = new Set(["main", "depth", "window", "window-depth"]);
 const mostHeld = 32;
 
 export class StreamReader {
-    /// Calls onPacket({role, track, key, info, bytes, lacksInfo, sets}) for what the page uses. A picture that lacks info is
-    /// without readable frame data; its index is a guess. What cannot be shown goes into `leftOut`, a set of roles.
+    /// Calls onPacket({role, track, key, info, bytes, lacksInfo, sets}) for what the page uses. A picture that lacks
+    /// info is without readable frame data; its index is a guess. What cannot be shown goes into `leftOut`, a set of roles.
     constructor(name, onPacket, leftOut = new Set()) {
         this.name = name;
         this.onPacket = onPacket;

@@ -92,10 +92,8 @@ void set_encoder_options(const StreamSettings& settings, const TrackSettings& tr
         options.set("sc_threshold", "0");
         std::string more = depth ? "aq-mode=0:psy=0:no-deblock=1" : "";
         const auto add = [&](const std::string& option) { more += (more.empty() ? "" : ":") + option; };
-        if (settings.live) {  // follow_settings: parameter sets do not hang on quality, and come with each size
-            add("stitchable=1");
-            add("repeat-headers=1");
-        }
+        if (settings.live)
+            add("stitchable=1");  // parameter sets do not hang on quality (follow_settings)
         // libx264's AVX-512 macroblock tree reads memory that was never written: other bytes each time, and worse.
         if ((av_get_cpu_flags() & AV_CPU_FLAG_AVX512) != 0)
             add("asm=avx2");
@@ -191,11 +189,11 @@ void check_stream_settings(const StreamSettings& settings) {
 }
 
 TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header)
-    : settings_(settings), track_(track), global_header_(global_header),
-      depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
+    : settings_(settings), track_(track), depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
       codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {
     if (const auto crf = track.coded_crf(settings.crf))
         crf_ = opened_crf_ = static_cast<float>(*crf);
+    is_outdated_ = global_header && settings.live && codec_->codec_id == AV_CODEC_ID_H264;
 }
 
 void TrackEncoder::set_crf(double crf) {
@@ -220,18 +218,18 @@ void TrackEncoder::set_size(int width, int height) {
         throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
                                        "H.264, whose size can change from group to group", codec_->codec->name));
     track_ = resized;
-    is_resized_ = true;
+    is_outdated_ = true;
 }
 
 /// Another encoder goes on where a group begins. No picture waits in that of a live stream.
 void TrackEncoder::follow_settings() {
-    const bool is_resized = std::exchange(is_resized_, false);
-    if (!settings_.live || (!std::exchange(has_strayed_, false) && !is_resized))
+    const bool is_outdated = std::exchange(is_outdated_, false);
+    if (!settings_.live || (!std::exchange(has_strayed_, false) && !is_outdated))
         return;
     TrackSettings track = track_;
     if (crf_)
         track.crf = *crf_;
-    codec_ = open_encoder(settings_, track, depth_code_.get(), global_header_);
+    codec_ = open_encoder(settings_, track, depth_code_.get(), false);  // parameter sets come in packets
     opened_crf_ = crf_;
 }
 

@@ -46,13 +46,12 @@ private:
 
     StreamSettings settings_;
     TrackSettings track_;
-    bool global_header_;
     std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
     std::optional<float> crf_, opened_crf_;  ///< of the next picture, and of the encoder when it was opened
     bool has_strayed_ = false;               ///< its pictures had another one meanwhile
-    bool is_resized_ = false;                ///< the encoder does not know its size yet
-    std::int64_t pictures_ = 0;              ///< handed to the encoder
+    bool is_outdated_ = false;   ///< the encoder has another size, or keeps parameter sets for the container's header
+    std::int64_t pictures_ = 0;  ///< handed to the encoder
     av::Packet packet_ = av::make_packet();
 };
 

@@ -12,6 +12,7 @@
 #include <programs/cli/provenance.h>
 
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -76,16 +77,22 @@ class OutputName {
 public:
     explicit OutputName(const std::filesystem::path& file)
         : unfinished_(unfinished_description(file)), descriptor_(open_locked_file(unfinished_)) {
-        cli::require(descriptor_ >= 0 || errno != EWOULDBLOCK, "--out " + file.string(),
-                     "a file that no other process is writing",
+        const bool is_locked = descriptor_ < 0 && errno == EWOULDBLOCK;
+        cli::require(!is_locked, "--out " + file.string(), "a file that no other process is writing",
                      unfinished_.string() + ", which another process is writing");
+        const bool is_no_file = descriptor_ < 0 && (errno == ELOOP || errno == EINVAL || errno == ENXIO);
+        cli::require(!is_no_file, "--out " + file.string(), "a place for its unfinished file",
+                     lock_problem(unfinished_, errno));
     }
     ~OutputName() {
         if (descriptor_ < 0)
             return;
-        std::error_code ignored;
-        if (std::filesystem::file_size(unfinished_, ignored) == 0)
-            std::filesystem::remove(unfinished_, ignored);
+        struct stat ours {};
+        struct stat named {};
+        // Another run may have made its own of this name meanwhile.
+        if (fstat(descriptor_, &ours) == 0 && lstat(unfinished_.c_str(), &named) == 0 && ours.st_ino == named.st_ino &&
+            ours.st_dev == named.st_dev && ours.st_size == 0)
+            unlink(unfinished_.c_str());
         close(descriptor_);
     }
     OutputName(const OutputName&) = delete;

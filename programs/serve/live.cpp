@@ -59,7 +59,7 @@ public:
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
           server_(io, std::move(door), stream_, settings.server), encoder_(settings.coding),
           pace_(settings.max_spp, settings.spheres_per_s, settings.has_window), rate_(bits(settings.max_mbps)),
-          timer_(io) {
+          halvings_(settings.coding.crf), timer_(io) {
         start_renderer();
     }
     ~Live() {
@@ -171,10 +171,11 @@ private:
         is_rendering_ = true;
         // A window lies where eyes will look once it is on its way.
         const Samples samples = pace_.samples();
+        int halvings = 0;
         if (settings_.has_window)
-            halvings_ = serve::window_halvings(halvings_, settings_.coding.crf, rate_.coarser());
+            halvings = halvings_.next(seconds_since(start_), rate_.coarser());
         child_->order(
-            {frame, samples.looked_at, samples.base, halvings_, stream_.steering(), stream_.gaze(last_age_s_)});
+            {frame, samples.looked_at, samples.base, halvings, stream_.steering(), stream_.gaze(last_age_s_)});
     }
 
     void take(const RenderedFrame& frame) {
@@ -341,6 +342,7 @@ private:
     LiveEncoder encoder_;  // the worker's
     Pace pace_;
     RateControl rate_;
+    WindowHalvings halvings_;
     asio::steady_timer timer_;
     LiveFigures figures_;  // sums
     std::function<void(const std::string&)> listening_;
@@ -352,7 +354,6 @@ private:
     std::optional<double> pose_age_s_;  // when the last sphere was ordered; nothing: no pose was new
     std::int64_t intervals_ = 0;
     int coding_ = 0;              // frames that the worker has not coded yet
-    int halvings_ = 0;            // of the window's pixels, as last ordered
     double window_halvings_ = 0;  // as last coded
     bool is_ready_ = false, is_rendering_ = false, was_idle_ = true, is_listening_ = false;
     bool is_ending_ = false, has_ended_ = false;

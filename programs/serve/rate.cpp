@@ -29,8 +29,10 @@ constexpr double min_bps = 1e4;
 constexpr double window_first = 12;
 /// From this CRF on, a window of half the pixels and as many bytes looks better (docs/decisions/0018).
 constexpr double crf_to_halve_at = 34;
-/// Each change of size costs a key frame: no way back within so many steps of where it was decided.
+/// No way back within so many steps of where it was decided, and only after so long. Then CRF alone makes up for the
+/// key frame, as long again.
 constexpr double steps_of_hysteresis = 3;
+constexpr double longing_s = 10;
 
 }  // namespace
 
@@ -110,14 +112,24 @@ void RateControl::choose(double at_s) {
     coarser_ = std::max(enough, coarser_ - steps_finer_per_s * elapsed_s);
 }
 
-int window_halvings(int now, double crf, double coarser) {
-    const auto left = [&] { return coarser - steps_that_halve * now; };  // for CRF to give
-    while (now < most_window_halvings && crf + left() > crf_to_halve_at &&
+int WindowHalvings::next(double at_s, double coarser) {
+    const auto left = [&] { return coarser - steps_that_halve * halvings_; };  // for CRF to give
+    const bool has_settled = !given_back_s_ || at_s - *given_back_s_ >= longing_s;
+    while (has_settled && halvings_ < most_window_halvings && crf_ + left() > crf_to_halve_at &&
            left() >= steps_that_halve + steps_of_hysteresis)
-        ++now;
-    while (now > 0 && (left() < 0 || crf + left() + steps_that_halve < crf_to_halve_at - steps_of_hysteresis))
-        --now;
-    return now;
+        ++halvings_;
+    const bool fewer_would_do =
+        halvings_ > 0 && (left() < 0 || crf_ + left() + steps_that_halve < crf_to_halve_at - steps_of_hysteresis);
+    if (!fewer_would_do) {
+        fewer_since_s_.reset();
+    } else if (at_s - fewer_since_s_.value_or(at_s) >= longing_s) {
+        --halvings_;
+        given_back_s_ = at_s;
+        fewer_since_s_.reset();
+    } else if (!fewer_since_s_) {
+        fewer_since_s_ = at_s;
+    }
+    return halvings_;
 }
 
 CoarserParts divided(double coarser, bool has_window) {

@@ -62,10 +62,22 @@ private:
 /// So many steps of CRF halve the bytes, about, as half the pixels do.
 inline constexpr double steps_that_halve = 6;
 
-/// How often the window's pixels are to be halved (window.h), which they have been `now` times: where its CRF would
-/// exceed what fewer pixels at a finer one look better than. `crf` is what was asked for, and all of a stream that is
-/// no coarser.
-int window_halvings(int now, double crf, double coarser);
+/// How often to halve the window's pixels (window.h). Each change costs a key frame, and key frames make a stream
+/// coarser for a while: so pixels come back one halving at a time, after they could have for long.
+class WindowHalvings {
+public:
+    /// `crf`: as asked for.
+    explicit WindowHalvings(double crf) : crf_(crf) {}
+
+    /// For the next sphere, which is so many steps of CRF coarser than was asked for.
+    int next(double at_s, double coarser);
+
+private:
+    double crf_;
+    int halvings_ = 0;
+    std::optional<double> fewer_since_s_;  // that fewer would do
+    std::optional<double> given_back_s_;   // when pixels last were
+};
 
 /// Of a window in a sphere the window is coded coarser first, the sphere around it last.
 struct CoarserParts {

@@ -92,7 +92,7 @@ def live_rows(rows):
 
 
 def windows_then(parts, found, key, is_share=False):
-    """Means of what windows have; as a share, in per cent of what the first one had."""
+    """Means over windows; as a share, in per cent of what the first one had."""
     means = []
     for part, row in zip(parts, found, strict=True):
         values = [sphere[key] for sphere in part if key in sphere]

@@ -193,6 +193,8 @@ def viewers(options, steps, keep, kept):
 
 def live(options, steps, keep, kept):
     kinds = options.sent.split(",")
+    if not set(kinds) <= set(LIVE_KINDS):
+        raise Failed(f"--sent: expected some of {', '.join(LIVE_KINDS)}, found {options.sent}")
     scene, rows = make_pavilion(steps), [row for row in kept if row["sent"] not in kinds]
     for kind, way, seed in itertools.product(kinds, LIVE_WAYS, SEEDS):
         found = in_a_child(lambda: live_streams.narrowed(options.bin, scene, (*LIVE, *LIVE_KINDS[kind]), way, seed))

@@ -98,7 +98,7 @@ def draw(results):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", default=["pavilion", "sponza-crytek", "voxel-city"])
+    parser.add_argument("scenes", nargs="*", default=["sponza-crytek", "voxel-city"])
     parser.add_argument("--bin", type=pathlib.Path, help="folder of the programs; without it the table alone is drawn")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders; not in the repository")
     options = parser.parse_args()

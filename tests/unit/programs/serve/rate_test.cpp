@@ -175,24 +175,49 @@ TEST(RateControl, TakesFromTheWindowFirstAndFromTheSphereLast) {
     EXPECT_EQ(divided(18, false).base, 18);
 }
 
-TEST(WindowHalvings, BeginWhereTheWindowsCrfIsHighAndEndFartherDown) {
-    EXPECT_EQ(window_halvings(0, 16, 0), 0);
-    EXPECT_EQ(window_halvings(0, 16, 18), 0) << "CRF 34";
-    EXPECT_EQ(window_halvings(0, 16, 18.5), 1);
-    EXPECT_EQ(window_halvings(0, 16, 24.5), 2) << "at once";
-    EXPECT_EQ(window_halvings(0, 10, 40), 2) << "no further";
-    EXPECT_EQ(window_halvings(1, 16, 18), 1);
-    EXPECT_EQ(window_halvings(1, 16, 15), 1) << "CRF 31 with all its pixels";
-    EXPECT_EQ(window_halvings(1, 16, 14.5), 0);
-    EXPECT_EQ(window_halvings(2, 16, 0), 0);
+TEST(WindowHalvings, BeginWhereTheWindowsCrfIsHigh) {
+    EXPECT_EQ(WindowHalvings(16).next(0, 18), 0) << "CRF 34";
+    EXPECT_EQ(WindowHalvings(16).next(0, 18.5), 1);
+    EXPECT_EQ(WindowHalvings(16).next(0, 24.5), 2) << "at once";
+    EXPECT_EQ(WindowHalvings(10).next(0, 40), 2) << "no further";
 }
 
 TEST(WindowHalvings, TakeNoPixelsBeforeCrfIsCoarserThanAskedFor) {
-    EXPECT_EQ(window_halvings(0, 40, 0), 0);
-    EXPECT_EQ(window_halvings(0, 40, 8), 0);
-    EXPECT_EQ(window_halvings(0, 40, 9), 1) << "CRF 43 where 40 is asked for";
-    EXPECT_EQ(window_halvings(1, 40, 6), 1);
-    EXPECT_EQ(window_halvings(1, 40, 5.5), 0);
+    EXPECT_EQ(WindowHalvings(40).next(0, 0), 0);
+    EXPECT_EQ(WindowHalvings(40).next(0, 8), 0);
+    EXPECT_EQ(WindowHalvings(40).next(0, 9), 1) << "CRF 49 where 40 is asked for";
+}
+
+TEST(WindowHalvings, GiveBackOneAtATimeAfterTenSeconds) {
+    WindowHalvings halvings(16);
+    EXPECT_EQ(halvings.next(0, 30), 2);
+    EXPECT_EQ(halvings.next(1, 21), 2) << "CRF 31 with half the pixels";
+    EXPECT_EQ(halvings.next(20, 21), 2);
+    EXPECT_EQ(halvings.next(21, 0), 2);
+    EXPECT_EQ(halvings.next(30.9, 0), 2);
+    EXPECT_EQ(halvings.next(31, 0), 1);
+    EXPECT_EQ(halvings.next(32, 0), 1);
+    EXPECT_EQ(halvings.next(40, 16), 1) << "begins anew";
+    EXPECT_EQ(halvings.next(49, 0), 1);
+    EXPECT_EQ(halvings.next(58, 0), 1);
+    EXPECT_EQ(halvings.next(59, 0), 0);
+}
+
+/// A change of size begins a group, whose key frame makes the stream coarser for a while.
+TEST(WindowHalvings, DoNotFlutterOnASteadyLine) {
+    for (const double key_frame_takes : {8.0, 20.0})
+        for (double line_bps = 2e5; line_bps < 2e6; line_bps *= 1.1) {
+            RateControl rate(line_bps);
+            WindowHalvings halvings(16);
+            int now = 0, changes = 0;
+            for (double at_s = 0; at_s < 90; at_s += 0.35) {
+                const int before = std::exchange(now, halvings.next(at_s, rate.coarser()));
+                changes += at_s > 20 && now != before;
+                const double bits = 1e6 * (now != before ? key_frame_takes : 1) * std::exp2(-rate.coarser() / 6);
+                rate.coded(at_s, std::size_t(bits / 8), rate.coarser(), now != before);
+            }
+            EXPECT_LE(changes, 1) << line_bps << ", " << key_frame_takes;
+        }
 }
 
 /// After a restart of the renderer the same viewers stay.
