@@ -49,9 +49,10 @@ public:
         return ending;
     }
 
-    void say(const std::string& line) {
+    void say(const std::string& line, const fs::path& unfinished) {
         const std::lock_guard lock(mutex_);
         line_ = line;
+        unfinished_ = unfinished;
     }
 
     /// Empty where none can be made.
@@ -97,6 +98,9 @@ private:
         mutex_.lock();  // for good: no folder is made or removed any more
         for (const fs::path& folder : folders_)
             remove_folder(folder);
+        std::error_code ignored;
+        if (!unfinished_.empty() && fs::file_size(unfinished_, ignored) == 0)
+            fs::remove(unfinished_, ignored);
         std::signal(signal, SIG_DFL);
         if (!line_.empty() && signal != SIGHUP) {
             const std::string text = (isatty(STDERR_FILENO) == 1 ? "\n" : "") + line_ + "\n";
@@ -108,6 +112,7 @@ private:
     std::mutex mutex_;
     std::set<fs::path> folders_;
     std::string line_;
+    fs::path unfinished_;
 };
 
 }  // namespace
@@ -127,8 +132,8 @@ ScratchFolder::~ScratchFolder() {
     Ending::only().remove(path_);
 }
 
-void say_at_interrupt(const std::string& line) {
-    Ending::only().say(line);
+void say_at_interrupt(const std::string& line, const fs::path& unfinished) {
+    Ending::only().say(line, unfinished);
 }
 
 namespace {

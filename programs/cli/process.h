@@ -34,8 +34,9 @@ private:
 
 // What SIGINT and SIGTERM do. Whoever has a program ignore them when it starts is obeyed.
 
-/// They end the process at once, after this line on standard error.
-void say_at_interrupt(const std::string& line);
+/// They end the process at once, after this line on standard error. `unfinished`, a file, is removed if it is still
+/// empty then.
+void say_at_interrupt(const std::string& line, const std::filesystem::path& unfinished = {});
 /// From here on the first of each kind is only noted, for a program to end in order; the second ends it at once. No
 /// folder is removed by them any more.
 void note_interrupts();

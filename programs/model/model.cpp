@@ -197,13 +197,15 @@ std::string text_of(const Arguments& request, const ClientModelFigures& of_model
 
 void run(const Arguments& request) {
     const ClientModelOptions options = complete(request);
-    cli::say_at_interrupt("equistream model: interrupted: " + request.out.string() +
-                          " is not finished; the same command starts over");
+    const std::string at_interrupt =
+        "equistream model: interrupted: " + request.out.string() + " is not finished; the same command starts over";
+    cli::say_at_interrupt(at_interrupt);
     const auto start = Clock::now();
     const SceneDescription scene = load_scene(request.scene);
     cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
     require_replaceable(request.out, scene);
     const OutputName name(request.out);
+    cli::say_at_interrupt(at_interrupt, unfinished_description(request.out));
     description_text(scene);  // refused before the work, where paths have too many keys for it
     const SceneModel geometry = load_model(scene, {.shading = false});
     for (const std::string& note : geometry.notes)
