@@ -17,15 +17,14 @@ bool is_locked_elsewhere(int descriptor) {
     return flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-/// Between opening and locking, another process may have renamed the file away: then ours is not the named one.
-bool still_named(int descriptor, const std::filesystem::path& name) {
+}  // namespace
+
+bool is_still_named(int descriptor, const std::filesystem::path& name) {
     struct stat opened {};
     struct stat named {};
     return fstat(descriptor, &opened) == 0 && lstat(name.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
            opened.st_dev == named.st_dev;
 }
-
-}  // namespace
 
 int open_locked_file(const std::filesystem::path& file, IfMissing if_missing) {
     // A pipe that nobody reads must not be waited for.
@@ -41,7 +40,7 @@ int open_locked_file(const std::filesystem::path& file, IfMissing if_missing) {
             return -1;
         }
         const bool elsewhere = is_locked_elsewhere(descriptor);
-        if (!elsewhere && still_named(descriptor, file))
+        if (!elsewhere && is_still_named(descriptor, file))  // between opening and locking
             return descriptor;
         close(descriptor);
         if (elsewhere) {

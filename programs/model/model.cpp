@@ -12,7 +12,6 @@
 #include <programs/cli/provenance.h>
 
 #include <nlohmann/json.hpp>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -87,12 +86,9 @@ public:
     ~OutputName() {
         if (descriptor_ < 0)
             return;
-        struct stat ours {};
-        struct stat named {};
-        // Another run may have made its own of this name meanwhile.
-        if (fstat(descriptor_, &ours) == 0 && lstat(unfinished_.c_str(), &named) == 0 && ours.st_ino == named.st_ino &&
-            ours.st_dev == named.st_dev && ours.st_size == 0)
-            unlink(unfinished_.c_str());
+        std::error_code ignored;
+        if (is_still_named(descriptor_, unfinished_) && std::filesystem::file_size(unfinished_, ignored) == 0)
+            std::filesystem::remove(unfinished_, ignored);
         close(descriptor_);
     }
     OutputName(const OutputName&) = delete;

@@ -14,6 +14,9 @@ enum class IfMissing { make, fail };
 /// writer has it; EINVAL, ENXIO or EISDIR: not a regular file.
 int open_locked_file(const std::filesystem::path& file, IfMissing if_missing = IfMissing::make);
 
+/// Whether the open file is the one of this name: another process may have renamed or replaced it meanwhile.
+bool is_still_named(int descriptor, const std::filesystem::path& name);
+
 /// Words for a message: why open_locked_file failed with this errno.
 std::string lock_problem(const std::filesystem::path& file, int error_number);
 

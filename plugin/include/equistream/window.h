@@ -61,7 +61,7 @@ inline WindowGrid window_grid(int columns, double width_rad, double height_rad) 
 }
 
 /// So many times a live stream's window may have half of its pixels, where its line is too narrow for all. A third time
-/// gains nothing (docs/decisions/0018).
+/// gains 0.06 dB (docs/decisions/0018).
 inline constexpr int most_window_halvings = 2;
 
 /// The grid whose window covers at least the same angles with its pixels halved so many times: by a factor of sqrt(2)

@@ -174,7 +174,7 @@ TEST(LiveEncoders, FollowAWindowToAnotherSize) {
     LiveEncoder encoder(quick());
     const WindowGrid halved = halved_window_grid(window_at_first, 1),
                      quartered = halved_window_grid(window_at_first, 2);
-    std::string header, all;
+    std::string header;
     std::map<std::int64_t, std::string> since;  // by the index of the first
     WindowSizes expected;
     const auto encode = [&](std::int64_t index, const WindowGrid& grid, double coarser) {
